@@ -202,6 +202,8 @@ if(LIGHTWELL_BUILD_TESTS)
     find_program(LIGHTWELL_MCS mcs)
     find_program(LIGHTWELL_MONO mono)
     find_program(LIGHTWELL_NODE NAMES node nodejs)
+    # With nodejs of nodejs.org; otherwise the package npm.
+    find_program(LIGHTWELL_NPM npm)
     find_program(LIGHTWELL_TSC tsc)
     # Debian's node-ws: where Node has no WebSocket of its own, and as the server of tests.
     find_path(LIGHTWELL_NODE_WS ws/package.json PATHS /usr/share/nodejs)

@@ -4,6 +4,7 @@ Rows of parts that do not exist yet are not measured.
 """
 import json
 import pathlib
+import re
 import subprocess
 import tempfile
 
@@ -12,7 +13,8 @@ from figure_topics.rows import at_most, equals, reported
 from figure_topics.tests import BUILD, run_test
 
 # The layer, the client and the runtime are loaded by the tests.
-TEST_TARGETS = ["e2e_openxr_layer_test", "openxr_layer_process_test", "openxr_layer_calls_test"]
+TEST_TARGETS = ["e2e_openxr_layer_test", "openxr_layer_process_test", "openxr_layer_calls_test", "lightwelld",
+                "lightwell_cli", "lightwell_c", "make_answers"]
 
 LAYER = "C program, Debian's OpenXR loader, real daemon over gRPC; the runtime is simulated"
 FRAME_MS = 1000 / 90
@@ -28,12 +30,18 @@ OPENXR = [
      "e2e_openxr_layer_test", "*UnknownProbe*:*WrongAddress*:*WrongToken*:*DoesNotAnswer*"),
     ("OpenXR: bad arguments, chains, handles, versions of the interface", "openxr_layer_calls_test", "*"),
 ]
+# The same for tests that are programs of Node or Mono.
+NODE = [
+    ("npm install of the tarball without a registry: 8 lines for Node, a page of 20 lines show the light",
+     "e2e_npm_package_test", "real lightwelld, simulated camera; Node and headless Chromium"),
+    ("Unity-style C# without a native library prints the light; damaged messages, tokens, TLS, reconnection",
+     "e2e_unity_test", "real lightwelld, simulated camera; Mono, Unity's classes as a stub"),
+    ("Managed C# client: golden answers and damaged messages as in C++", "managed_test", "Mono"),
+    ("Unity package: manifest, .meta files, each assembly compiles by itself", "unity_package_test", "Mono's mcs"),
+]
 MISSING = [
     "damaged messages and golden vectors: Python wheel agrees",
-    "WebXR: pixels of XREstimatedLight lit by the probe, within 2 % of toThree",
     "pip install of the wheel, eight lines print the light",
-    "npm install of the tarball, twenty lines show the light",
-    "Unity-style C# without a native library prints the light under Mono",
     "WebSocket against gRPC, 10,000 messages interleaved, p99: at most 1 ms above",
 ]
 
@@ -71,5 +79,35 @@ def openxr(say):
     return rows
 
 
+WEBXR = "real lightwelld; headless Chromium, npm's three.js 0.187, device emulated by IWER"
+PIXELS = [("lamp switched", "a lamp that is switched"), ("probe turns", "a probe that turns"),
+          ("mirror", "the mirror of the environment map"), ("mirror, turned", "that mirror, the probe hung turned"),
+          ("the README's page, matt", "the README's page, screenshot, matt ball"),
+          ("the README's page, mirror", "the same, mirror")]
+
+
+def webxr(say):
+    """Pixels that e2e_webxr_pixels_test prints, `# NAME: RMS P %`; then its calls."""
+    say("e2e_webxr_pixels_test")
+    done = subprocess.run(["ctest", "--test-dir", BUILD, "-R", "^e2e_webxr_pixels_test$", "-V"],
+                          stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    rms = dict(re.findall(r"# (\S[^:#]*): RMS ([\d.]+) %", done.stdout))
+    rows = [at_most(f"WebXR: pixels lit through XREstimatedLight against toThree, RMS: {what}", 2,
+                    float(rms[name]) if name in rms else None, "%", WEBXR) for name, what in PIXELS]
+    say("e2e_webxr_api_test")
+    rows.append(equals("WebXR: feature, spaces, formats, privacy; errors: no probe, wrong token, newer wire, misuse",
+                       1, run_test("e2e_webxr_api_test")["passed"], "", WEBXR))
+    return rows
+
+
+def node(say):
+    rows = []
+    for name, test, real in NODE:
+        say(test)
+        rows.append(equals(name, 1, run_test(test)["passed"], "", real))
+    return rows
+
+
 def measure(programs, say):
-    return openxr(say) + reach_systems.measure(say) + [equals(name, 1, None, "", "not built yet") for name in MISSING]
+    return (openxr(say) + webxr(say) + reach_systems.measure(say) + node(say) +
+            [equals(name, 1, None, "", "not built yet") for name in MISSING])

@@ -138,6 +138,15 @@ test("the recording of a probe: in its status and after a start or a stop", () =
   assert.deepEqual([decodeLinkResponse(both).recording, decodeLinkResponse(both).scale], [undefined, 2]);
 });
 
+test("the mounting of a probe; an invalid one is dropped", () => {
+  const of = (text) => decodeLinkResponse(encode("LinkResponse", `id: 1 info { ${text} }`)).info.status.mounting;
+  assert.deepEqual(of("mounting { pose { qy: 2 tx: 1 ty: 2 tz: 3 } covariance: 1 }"),
+                   { rotation: [0, 1, 0, 0], translation: [1, 2, 3] });
+  assert.equal(of(""), null);
+  assert.equal(of("mounting { pose { tx: 1 } }"), null);
+  assert.equal(of("mounting { pose { qw: 1 tx: 1e7 } }"), null);
+});
+
 test("temperature and links of a probe", () => {
   const of = (text) => decodeLinkResponse(encode("LinkResponse", `id: 1 info { ${text} }`)).info.status;
   assert.deepEqual([of("").temperatureC, of("").links, of("temperature_c: 47.5").temperatureC], [null, [], 47.5]);

@@ -6,6 +6,9 @@ import { test } from "node:test";
 import { pathToFileURL } from "node:url";
 
 const lightwell = await import(pathToFileURL(process.env.LIGHTWELL_MODULE).href);
+const part = (name) => import(new URL(name, pathToFileURL(process.env.LIGHTWELL_MODULE)).href);
+const { toWebXr } = await part("webxr/webxr.js");
+const { rotatedLighting } = await part("webxr/rotation.js");
 const { DecodeError, EnvironmentKeeper, Lighting, decodeDescriptor, levelRadiance, readRecording, toThree } = lightwell;
 const folder = process.env.LIGHTWELL_ANSWERS;
 
@@ -62,6 +65,17 @@ function threeAgrees(light, [lights, mainLight, validity, residual, ...numbers],
   ++threeCompared;
 }
 let threeCompared = 0;
+
+function webXrAgrees(light, [signs, , validity, , ...numbers], size) {
+  const converted = toWebXr(light, { signs: signs === 0 ? "condon_shortley" : "positive" });
+  assert.equal(converted.validity, ["valid", "stale", "none"][validity]);
+  near([...converted.sphericalHarmonicsCoefficients], numbers.slice(0, 27), size, "harmonics for WebXR");
+  near([...converted.primaryLightDirection, 0], numbers.slice(27, 31), 1, "direction for WebXR");
+  near([...converted.primaryLightIntensity], numbers.slice(31, 34), size, "intensity for WebXR");
+  assert.equal(numbers.length, 35);
+  ++webXrCompared;
+}
+let webXrCompared = 0;
 
 const flagBit = {
   unseen: 2, clipped: 4, cleaned: 8, dark: 16, moved: 32, filled: 64, recovered: 128, unsure: 256, newer: 2 ** 31,
@@ -127,9 +141,13 @@ function agrees(light, rows) {
       }
       case "engine":
         if (v[0] === "three") threeAgrees(light, v.slice(1), size);
-        break; // Conversions other than three.js exist only in the C ABI.
-      case "rotated":
-        break; // This module has no rotation.
+        if (v[0] === "webxr") webXrAgrees(light, v.slice(1), size);
+        break; // Other conversions exist only in the C ABI.
+      case "rotated": {
+        const rotated = rotatedLighting(light, v.slice(0, 4));
+        near(rotated.irradiance(v.slice(4, 7)).value, v.slice(7), size, "rotated");
+        break;
+      }
       default:
         assert.fail(`a line of a known kind: ${word}`);
     }
@@ -142,6 +160,7 @@ test("decoding and queries give the results of C++", () => {
   for (const { bytes, rows } of all) agrees(Lighting.decode(bytes), rows);
   assert.ok(worst > 0, "something was compared");
   assert.equal(threeCompared, 4 * all.length);
+  assert.equal(webXrCompared, 2 * all.length);
   console.log(`largest difference: ${worst.toExponential(1)} of all light`);
 });
 

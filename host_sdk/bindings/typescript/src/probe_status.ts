@@ -1,7 +1,10 @@
 // What a probe reports of itself: messages of proto/lightwell/v1/probe_service.proto.
 import { decodeUtf8 } from "./platform.js";
+import { PoseMessage } from "./pose_message.js";
+import type { Pose } from "./vector.js";
 import {
-  FieldReader, WireReader, byteString, double, fixed32, fixed64, float, message, repeatedDouble, uint32, uint64,
+  DecodeError, FieldReader, WireReader, byteString, double, fixed32, fixed64, float, message, repeatedDouble, uint32,
+  uint64,
 } from "./wire.js";
 
 /** The probe's counters since its start; meanings: `Counters` of proto/lightwell/v1/probe_service.proto. */
@@ -72,6 +75,8 @@ export interface ProbeStatus {
   temperatureC: number | null;
   /** At most eight; empty with older firmware. */
   links: LinkStatus[];
+  /** T_world_probe: pose of the probe in its room; null if it does not know (`lightwelld --mounting`). */
+  mounting: Pose | null;
 }
 
 /** What the probe's calibration covers, and how well. */
@@ -170,6 +175,7 @@ export class InfoMessage {
     links: [] as LinkStatus[],
   };
   private recording: RecordingMessage | null = null;
+  private mounting: PoseMessage | null = null;
   private readonly counters = Object.fromEntries(counterNames.map((name) => [name, 0])) as unknown as ProbeCounters;
 
   read(wire: WireReader): void {
@@ -183,6 +189,10 @@ export class InfoMessage {
       6: fixed64((v) => (this.clockNowNs = BigInt.asIntN(64, v))),
       7: message((part) => part.fields(Object.fromEntries(counterNames.map((name, k) =>
         [k + 1, count((v) => (counters[name] = v))])))),
+      8: message((part) => {
+        const pose = (this.mounting ??= new PoseMessage());
+        part.fields({ 1: message((value) => pose.read(value)), 2: repeatedDouble(() => {}) });
+      }),
       9: message((part) => (this.recording ??= new RecordingMessage()).read(part)),
       10: float((v) => (status.temperatureC = v)),
       11: message((part) => {
@@ -194,7 +204,17 @@ export class InfoMessage {
 
   get(): { status: ProbeStatus; clockNowNs: bigint } {
     const recording = this.recording?.get() ?? null;
-    return { status: { ...this.status, counters: this.counters, recording }, clockNowNs: this.clockNowNs };
+    const { counters, clockNowNs } = this;
+    return { status: { ...this.status, counters, recording, mounting: this.mountingPose() }, clockNowNs };
+  }
+
+  /** As in C++, an invalid mounting is dropped. */
+  private mountingPose(): Pose | null {
+    try {
+      return this.mounting?.get("mounting", (problem) => new DecodeError("invalid_argument", problem)) ?? null;
+    } catch {
+      return null;
+    }
   }
 }
 
