@@ -129,6 +129,9 @@ function(lightwell_test name)
   list(REMOVE_DUPLICATES arg_LABELS)
   if(CMAKE_CROSSCOMPILING AND CMAKE_SYSTEM_PROCESSOR STREQUAL "aarch64")
     lightwell_emulated(${name})
+  elseif(CMAKE_CROSSCOMPILING)
+    # Each program starts Wine.
+    math(EXPR arg_TIMEOUT "${arg_TIMEOUT} * 3")
   endif()
   add_executable(${name} ${arg_SOURCES})
   target_include_directories(${name} PRIVATE
