@@ -138,6 +138,8 @@ test("the probe hangs where the page says, or where the probe was mounted, in a 
 test("the cube map has the room without the primary light, in both formats, and announces its changes", async () => {
   const { address } = await pages.daemon("", ["estimator { panorama { environment_edge: 64 } }"]);
   const page = await litPage("{ scale: 0.5 }", address);
+  // Before the map comes, a cube map shows the harmonics.
+  await until(() => page.evaluate("estimation.probe.latest().environment !== null"), "a map");
   for (const format of ["rgba16f", "srgba8"]) {
     await page.evaluate(`api.start(undefined, { reflectionFormat: "${format}" })`);
     assert.equal(await page.evaluate("api.cubeFace(2)"), null);
@@ -196,7 +198,7 @@ test("without light the estimate is null within half a second, and comes back wi
   await new Promise((resume) => setTimeout(resume, 1200));
   const last = (await page.evaluate("lastEstimate")) - killed;
   console.log(`# last estimate ${last} ms after the end of the probe`);
-  assert.ok(last < 500 && last > -200, `${last}`);
+  assert.ok(last < 500, `${last}`);
   assert.equal(await page.evaluate("api.estimate()"), null);
   assert.match(await attempt(page, "session.end().then(() => api.start())"),
                /^NotSupportedError: 'light-estimation' is required, and the probe cannot be reached/);
@@ -232,8 +234,7 @@ test("no WebXR, no probe, a wrong address, a wrong option: each a clear error", 
   await page.evaluate("api.installDevice()");
   const refused = async (address, options, text) =>
     assert.match(await attempt(page, `api.provide(${json(address)}, ${options})`), text);
-  await refused("ws://127.0.0.1:1", "{ connectTimeoutMs: 300 }",
-                /^NetworkError: no answer within 300 ms .*the probe is not reachable/);
+  await refused("ws://127.0.0.1:1", "{}", /^NetworkError: no answer within 2000 ms .*the probe is not reachable/);
   await refused("wss://nobody.invalid", "{ connectTimeoutMs: 300 }", /^NetworkError: no answer within 300 ms/);
   await refused("grpc://127.0.0.1:7420", "{}", /^SyntaxError: 'grpc:.*' is not a valid address of a probe: write wss:/);
   for (const [options, text] of [
@@ -244,6 +245,8 @@ test("no WebXR, no probe, a wrong address, a wrong option: each a clear error", 
     ["{ pose: { rotation: [0, 0, 0, 1], translation: [0, NaN, 0] } }", "pose is"],
   ])
     await refused(daemon.address, options, new RegExp(`^TypeError: provideLightEstimation: ${text}`));
+  // After a failure the browser is as it was.
+  assert.equal(await page.evaluate('"requestLightProbe" in XRSession.prototype'), false);
   await page.close();
 });
 

@@ -81,10 +81,23 @@ test("the page of the README, of sixty lines at most, shows the same as toThree(
   await example.view(800, 600);
   await example.goto(`${pages.origin}/webxr.html?probe=${daemon.address}`);
   await example.until('document.getElementById("text").textContent === "ready"');
-  await example.evaluate('document.getElementById("enter").click()');
-  await new Promise((resume) => setTimeout(resume, 3000));
   const file = join(pages.screenshots, "example.png");
-  await example.screenshot(file);
+  const shoot = async () => {
+    await new Promise((resume) => setTimeout(resume, 700));
+    await example.screenshot(file);
+    return readFileSync(file);
+  };
+  const before = await shoot();
+  await example.evaluate('document.getElementById("enter").click()');
+  // Until the picture, of constant light, stays the same.
+  let last = before;
+  let same = 0;
+  await until(async () => {
+    const now = await shoot();
+    same = now.equals(last) && !now.equals(before) ? same + 1 : 0;
+    last = now;
+    return same >= 4;
+  }, "a picture", 120_000);
   await example.close();
   const page = await pages.open(daemon, { scale: 0.3 }, "mirror", [800, 600]);
   const { matt, mirror } = await page.evaluate(`scene.compareScreenshot(${JSON.stringify(pages.dataUrl(file))})`);

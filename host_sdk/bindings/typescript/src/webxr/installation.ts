@@ -87,14 +87,18 @@ function observedBindings(binding: Interface): unknown {
   });
 }
 
-/** Adds the members to the interfaces of the browser or of its emulator, once each. Returns navigator.xr. Throws
- *  NotSupportedError without WebXR. */
-export function extendInterfaces(): XRSystemLike {
+/** WebXR of the browser or of its emulator. Throws NotSupportedError without. */
+export function webXr(): { xr: XRSystemLike; session: Interface; frame: Interface } {
   const xr = xrSystem();
   const [session, frame] = [globalInterface("XRSession"), globalInterface("XRFrame")];
   if (!xr || !session || !frame)
     throw failure("NotSupportedError", "this page has no WebXR: it needs a browser with WebXR and https:// or " +
       "localhost, or an emulator such as npm's iwer, installed before");
+  return { xr, session, frame };
+}
+
+/** Adds the members to the interfaces, once each. */
+function extendInterfaces(session: Interface, frame: Interface): void {
   if (!extended.has(session.prototype)) {
     extended.add(session.prototype);
     override(session, "requestLightProbe", requestLightProbe);
@@ -117,17 +121,19 @@ export function extendInterfaces(): XRSystemLike {
   // Chromium has its own, which stay, because other sessions use them.
   scope.XRLightProbe ??= LightProbe;
   scope.XRLightEstimate ??= LightEstimate;
-  return xr;
 }
 
 function listOf(features: readonly unknown[] | undefined): unknown[] {
   return features === undefined ? [] : Array.from(features);
 }
 
-/** Grants the feature to sessions of `xr` from now on; the returned function ends that. Throws InvalidStateError if a
- *  provider is installed already. */
-export function installProvider(xr: XRSystemLike, options: SessionOptions, native: NativeEstimation): () => void {
+/** Grants the feature to sessions from now on; the returned function ends that. Throws NotSupportedError without WebXR,
+ *  InvalidStateError if a provider is installed already. */
+export function installProvider(options: SessionOptions, native: NativeEstimation): () => void {
   if (providing) throw failure("InvalidStateError", "another probe gives its light already: call its end() before");
+  const interfaces = webXr();
+  const { xr } = interfaces;
+  extendInterfaces(interfaces.session, interfaces.frame);
   providing = true;
 
   const wrap = (name: "requestSession" | "offerSession") => {

@@ -2,7 +2,7 @@
 import { ProbeError } from "../link_message.js";
 import { Probe, ProbeOptions, connect } from "../probe.js";
 import type { Pose } from "../vector.js";
-import { NativeEstimation, extendInterfaces, installProvider } from "./installation.js";
+import { NativeEstimation, installProvider, webXr } from "./installation.js";
 import type { ShSigns } from "./light_estimate.js";
 import { failure } from "./platform.js";
 import type { ProbeSpace, SessionOptions } from "./session_light.js";
@@ -89,7 +89,7 @@ export async function provideLightEstimation(address: string,
   check([8, 16, 32, 64].includes(reflectionEdge), "reflectionEdge is 8, 16, 32 or 64");
   check(native === "replace" || native === "prefer", "native is 'replace' or 'prefer'");
   let pose = options.pose === undefined ? null : unitPose(options.pose);
-  const xr = extendInterfaces();
+  webXr();
   let probe: Probe;
   try {
     probe = await connect(address, options);
@@ -108,7 +108,7 @@ export async function provideLightEstimation(address: string,
   };
   try {
     await firstDescriptor(probe, options.connectTimeoutMs ?? 2000);
-    const uninstall = installProvider(xr, session, native);
+    const uninstall = installProvider(session, native);
     return {
       probe,
       get pose() {
