@@ -231,6 +231,7 @@ void measure_fill(SpecularSequenceOptions options) {
   // all directions, between the views of the earlier ones.
   options.frames *= 3;
   options.turns = 12;
+  options.frames_folder.clear();  // No other program has these views.
   constexpr int kPasses = 4;
   std::vector<int> order;
   for (const int first : {0, 2, 1, 3})
@@ -245,6 +246,7 @@ void measure_fill(SpecularSequenceOptions options) {
 int main(int argc, char** argv) {
   using namespace lightwell;
   std::vector<std::string> names;
+  std::string frames;
   bool speed = false, trade = false, fill = false;
   double shorter = 1;
   CLI::App app{"Errors of re-rendered views of glossy planes, time and memory of their capture.", "measure_specular"};
@@ -256,12 +258,15 @@ int main(int argc, char** argv) {
   app.add_flag("--fill", fill,
                "Measure the error by the share of the light field that is filled, with the first sequence");
   app.add_option("--shorter", shorter, "Divide the number of frames by this [1]")->check(CLI::Range(1.0, 100.0));
+  app.add_option("--frames", frames, "Keep rendered frames in this folder, and read those that are in it [render all]")
+      ->check(CLI::ExistingDirectory);
   app.footer("A sequence takes two to four minutes. Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {
     if (names.empty()) names = measure::sequence_names();
     for (const std::string& name : names) {
       SpecularSequenceOptions options = require(measure::sequence_options(name));
       options.frames = static_cast<int>(options.frames / shorter);
+      options.frames_folder = frames;
       if (speed) measure_speed(options);
       if (trade) measure_trade(options);
       if (fill) measure_fill(options);
