@@ -39,6 +39,7 @@ constexpr int kCompareEvery = 10;
 /// The albedo of white in the textures of tests/reference.
 constexpr double kWhiteAlbedo = 0.8;
 
+/// `control`: of a descriptor that is made from the true environment.
 void print_errors(const std::string& name, const measure::LightErrors& errors, const measure::LightErrors& control) {
   for (std::size_t n = 0; n < errors.lights.size(); ++n) {
     const measure::LightError& e = errors.lights[n];
@@ -60,6 +61,8 @@ void print_errors(const std::string& name, const measure::LightErrors& errors, c
     line["si_rmse"] = errors.balls[n].linear.si_rmse;
     line["truth_rms"] = errors.balls[n].linear.truth_rms;
     line["si_rmse_published"] = errors.balls[n].published.si_rmse;
+    line["si_rmse_both_blurred"] = errors.balls[n].both_blurred.si_rmse;
+    line["control_si_rmse_published"] = control.balls[n].published.si_rmse;
     measure::print_line(line);
   }
 }
@@ -154,10 +157,11 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
 
   const measure::LightTruth lights(measure::surroundings(sequence, options.frames - 1), options.alpha);
   const auto truth = measure::IrradianceTruth::of(lights.around());
+  const Descriptor control = measure::described(lights.around());
 
   Descriptor d;
   int compared = 0, bounded = 0, held = 0, failed = 0, unsure = 0;
-  std::vector<double> ratios, frame_ms, mahalanobis, errors;
+  std::vector<double> ratios, frame_ms, mahalanobis, mahalanobis_of_control, errors;
   LightTimer timer(estimator_options, white == White::given
                                           ? specular::WhiteAlbedo{kWhiteAlbedo, specular::kGivenAlbedoSigma}
                                           : specular::WhiteAlbedo());
@@ -175,14 +179,19 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
     // Flagged answers say themselves that directions may be wrong.
     unsure += d.flags.has(Flag::unsure) ? 1 : 0;
     if (d.flags.has(Flag::unsure)) return;
-    for (const TrueLight& t : lights.lights()) {
-      const Light* nearest = measure::nearest_light(d, t.direction);
-      if (nearest == nullptr) continue;
-      const double angle = ref::angle_deg(in_world(d, nearest->direction), t.direction) * kDegree;
+    const auto add = [&](const ref::V3& direction, std::vector<double>& out) {
+      const Light* nearest = measure::nearest_light(d, direction);
+      if (nearest == nullptr) return;
+      const double angle = ref::angle_deg(in_world(d, nearest->direction), direction) * kDegree;
       const auto variance =
           static_cast<double>((nearest->direction_covariance[0] + nearest->direction_covariance[2]) / 2);
-      // A light farther than a lobe was not found; print_lights() counts it.
-      if (angle < lights.lobe_width_rad()) mahalanobis.push_back(angle * angle / variance);
+      // A light farther than a lobe was not found; print_errors() counts it.
+      if (angle < lights.lobe_width_rad()) out.push_back(angle * angle / variance);
+    };
+    for (const TrueLight& t : lights.lights()) {
+      add(t.direction, mahalanobis);
+      const Light* listed = measure::nearest_light(control, t.direction);
+      if (listed != nullptr) add(in_world(control, listed->direction), mahalanobis_of_control);
     }
   };
   for (int k = 0; k < options.frames; ++k) {
@@ -206,6 +215,8 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["bound_to_error"] = ratios.empty() ? 0 : median(ratios);
   line["error_median"] = errors.empty() ? 0 : median(errors);
   line["mahalanobis_q95"] = mahalanobis.empty() ? 0 : upper_quantile(mahalanobis, 0.95);
+  line["mahalanobis_of_control_q95"] =
+      mahalanobis_of_control.empty() ? 0 : upper_quantile(mahalanobis_of_control, 0.95);
   line["ms"] = median(frame_ms);
   line["q95_ms"] = upper_quantile(frame_ms, 0.95);
   line["max_ms"] = *std::ranges::max_element(frame_ms);
@@ -234,7 +245,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["scale_sigma"] = estimator->gloss()->scale_sigma;
   line["lights"] = d.lights.size();
   measure::print_line(line);
-  print_errors(options.name, lights.errors(d), lights.errors(measure::described(lights.around())));
+  print_errors(options.name, lights.errors(d), lights.errors(control));
 }
 
 }  // namespace

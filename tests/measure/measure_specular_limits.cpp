@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -130,7 +131,9 @@ void print(const std::string& sequence, const std::string& removed, const Descri
   line["listed_deg"] = errors.lights.front().listed_deg;
   line["mirrored_deg"] = errors.lights.front().mirrored_deg;
   for (std::size_t n = 0; n < errors.balls.size(); ++n)
-    line[std::string(measure::ball_name(measure::kComparedBalls[n]))] = errors.balls[n].published.si_rmse;
+    for (const auto& [suffix, error] :
+         {std::pair{"", &errors.balls[n].published}, std::pair{", both blurred", &errors.balls[n].both_blurred}})
+      line[std::string(measure::ball_name(measure::kComparedBalls[n])) + suffix] = error->si_rmse;
   measure::print_line(line);
 }
 

@@ -30,15 +30,17 @@ reference::Panorama answer_of(const Descriptor& d) {
   return answer_environment([&](const reference::V3& w) { return rgb(light.radiance(in_probe(d, w), 0).value); }, caps);
 }
 
+/// `truth` and `blurred` by the lobe.
 std::array<BallErrors, kComparedBalls.size()> ball_errors(const reference::Panorama& truth,
-                                                          const reference::Panorama& answer) {
+                                                          const reference::Panorama& answer,
+                                                          const reference::Panorama& blurred) {
   const BallView view(64);
   const double of_truth = exposure(truth);
   const auto published = [&](const reference::Panorama& p) {
     return ball_pictures(view, PanoramaSums(published_environment(p)));
   };
   const BallPictures t = ball_pictures(view, PanoramaSums(truth)), a = ball_pictures(view, PanoramaSums(answer)),
-                     tp = published(truth), ap = published(answer);
+                     tp = published(truth), ap = published(answer), bp = published(blurred);
   std::array<BallErrors, kComparedBalls.size()> out;
   for (std::size_t n = 0; n < kComparedBalls.size(); ++n) {
     const Ball ball = kComparedBalls[n];
@@ -51,7 +53,8 @@ std::array<BallErrors, kComparedBalls.size()> ball_errors(const reference::Panor
       for (const std::size_t k : used) picture.push_back(pictures[static_cast<std::size_t>(ball)][k]);
       return picture;
     };
-    out[n] = {ball_error(part(t), part(a), of_truth), ball_error(part(tp), part(ap), 1)};
+    out[n] = {ball_error(part(t), part(a), of_truth), ball_error(part(tp), part(ap), 1),
+              ball_error(part(tp), part(bp), 1)};
   }
   return out;
 }
@@ -102,7 +105,8 @@ reference::Panorama LightTruth::blurred(const PanoramaSums& sums) const {
 
 LightErrors LightTruth::errors(const Descriptor& d) const {
   const reference::Panorama answer = answer_of(d);
-  const std::vector<TrueLight> mirrored = true_lights(blurred(PanoramaSums(answer)), width_);
+  const reference::Panorama answer_blurred = blurred(PanoramaSums(answer));
+  const std::vector<TrueLight> mirrored = true_lights(answer_blurred, width_);
   LightErrors out;
   for (const TrueLight& light : lights_) {
     LightError error;
@@ -116,9 +120,9 @@ LightErrors LightTruth::errors(const Descriptor& d) const {
       error.mirrored_deg = std::min(error.mirrored_deg, reference::angle_deg(m.direction, light.direction));
     out.lights.push_back(error);
   }
-  out.balls = ball_errors(blurred_, mirrored_part(answer.width, answer.height, [&](const reference::V3& w) {
-                            return reference::sample(answer, w);
-                          }));
+  const reference::Panorama answer_seen =
+      mirrored_part(answer.width, answer.height, [&](const reference::V3& w) { return reference::sample(answer, w); });
+  out.balls = ball_errors(blurred_, answer_seen, answer_blurred);
   return out;
 }
 

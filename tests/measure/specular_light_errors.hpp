@@ -23,6 +23,7 @@ struct LightError {
 
 struct BallErrors {
   BallError linear, published;  ///< In linear light; by the literature's protocol.
+  BallError both_blurred;       ///< As `published`, of the answer blurred as the truth is.
 };
 
 /// The balls of this comparison.
