@@ -9,7 +9,7 @@ import tempfile
 
 from figure_topics import aarch64
 from figure_topics.programs import rows_of_program, side_by_side
-from figure_topics.rows import at_least, at_most, equals, known_short, reported
+from figure_topics.rows import at_least, at_most, equals, reported
 from figure_topics.tests import ROOT
 
 TARGETS = ["measure_specular", "measure_specular_extremes", "measure_specular_light"]
@@ -19,7 +19,6 @@ RMSE = 0.029
 TRADE_SEQUENCE = "office 0.45"
 STEP_MS = 15  # Extra time of a frame by the light's estimate.
 WORK = (20, 40)  # Frames of the two counted runs.
-SHORT = {"studio 0.17, saturated": "saturated windows in directions that no frame saw; at most 0.02 in the others"}
 # Jachnik et al. 2012, table 1: three views of real books.
 PUBLISHED_RMSE = (0.0292, 0.0489, 0.1160)
 
@@ -33,8 +32,6 @@ def views(line):
     real = f"{REAL}; {100 * line['saturated']:.1f} % saturated, {100 * line['unseen']:.0f} % in unseen directions"
     if line["method"] == "ours, refined":
         figure = at_most(what + "RMSE of held-out views", RMSE, line["rmse"], "of full scale", real)
-        short = SHORT.get(line["sequence"])
-        figure = known_short(figure, short) if short and not figure["holds"] else figure
     else:
         figure = reported(what + "RMSE of held-out views", line["rmse"], "of full scale", real)
     return [figure,
