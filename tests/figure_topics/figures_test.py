@@ -19,6 +19,7 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(TESTS))
 from figure_topics import structure, viewer  # noqa: E402
 from figure_topics.marker import lines_of  # noqa: E402
+from figure_topics.programs import rows_of_program, side_by_side  # noqa: E402
 from figure_topics.rows import at_most, known_short  # noqa: E402
 
 LOADER = importlib.machinery.SourceFileLoader("figures", str(TESTS / "figures"))
@@ -30,14 +31,21 @@ NOT_MEASURED = at_most("lost", 2, None, "x", "")
 KNOWN = known_short(FALLS_SHORT, "until a better day")
 
 
-def run(*rows):
-    """Runs tests/figures on a topic with the given rows; returns the exit status and the text printed."""
+def run_topic(topic, *arguments):
+    """Runs tests/figures; returns the exit status and the text printed."""
     printed = io.StringIO()
-    topic = types.SimpleNamespace(measure=lambda folder, say: list(rows))
-    with mock.patch.object(figures, "build"), mock.patch.object(sys, "argv", ["figures", "panorama"]), \
+    with mock.patch.object(figures, "build"), mock.patch.object(sys, "argv", ["figures", "panorama", *arguments]), \
             mock.patch.object(figures.importlib, "import_module", return_value=topic), \
-            contextlib.redirect_stdout(printed):
-        return figures.main(), printed.getvalue()
+            contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+        try:
+            return figures.main(), printed.getvalue()
+        except (SystemExit, OSError) as error:
+            return error, printed.getvalue()
+
+
+def run(*rows):
+    """The same for a topic with the given rows."""
+    return run_topic(types.SimpleNamespace(measure=lambda folder, say: list(rows)))
 
 
 class Viewer(unittest.TestCase):
@@ -91,6 +99,88 @@ class Figures(unittest.TestCase):
         self.assertEqual(status, 0)
         self.assertIn("yes, unmark  quick", printed)
         self.assertIn("remove their marks", printed)
+
+
+class PrintedAsMeasured(unittest.TestCase):
+    def printed_before(self, error, *arguments):
+        def measure(folder, say):
+            yield HOLDS
+            yield FALLS_SHORT
+            raise error
+
+        return run_topic(types.SimpleNamespace(measure=measure), *arguments)[1]
+
+    def test_rows_before_an_error_stay(self):
+        printed = self.printed_before(OSError())
+        self.assertIn("yes          quick", printed)
+        self.assertIn("1 of 2 figures hold", printed)
+
+    def test_json_is_a_whole_list_after_an_error_too(self):
+        self.assertEqual(json.loads(self.printed_before(OSError(), "--json")), [HOLDS, FALLS_SHORT])
+
+    def test_json_of_no_rows_is_an_empty_list(self):
+        topic = types.SimpleNamespace(measure=lambda folder, say: [])
+        self.assertEqual(json.loads(run_topic(topic, "--json")[1]), [])
+
+    def test_a_row_is_printed_before_the_next_one_is_measured(self):
+        printed = io.StringIO()
+        seen = []
+
+        def measure(folder, say):
+            yield HOLDS
+            seen.append(printed.getvalue())
+
+        with mock.patch.object(figures, "build"), mock.patch.object(sys, "argv", ["figures", "panorama"]), \
+                mock.patch.object(figures.importlib, "import_module",
+                                  return_value=types.SimpleNamespace(measure=measure)), \
+                contextlib.redirect_stdout(printed):
+            figures.main()
+        self.assertIn("quick", seen[0])
+
+
+class Parts(unittest.TestCase):
+    TOPIC = types.SimpleNamespace(PARTS=("speed", "light"), measure=lambda folder, say, only=("speed", "light"): [
+        at_most(part, 2, 1.0, "x", "") for part in only])
+
+    def test_only_the_chosen_part_is_measured(self):
+        printed = run_topic(self.TOPIC, "--only", "light")[1]
+        self.assertIn("light", printed)
+        self.assertNotIn("speed", printed)
+        self.assertIn("2 of 2", run_topic(self.TOPIC)[1])
+
+    def test_an_unknown_part_is_refused_with_the_known_ones(self):
+        status, printed = run_topic(self.TOPIC, "--only", "lihgt")
+        self.assertEqual(status.code, 2)
+        self.assertIn("speed, light", printed)
+
+    def test_a_topic_without_parts_refuses(self):
+        status, printed = run_topic(types.SimpleNamespace(measure=lambda folder, say: [HOLDS]), "--only", "light")
+        self.assertEqual(status.code, 2)
+        self.assertIn("has no parts", printed)
+
+
+class ProgramsThatReport(unittest.TestCase):
+    @staticmethod
+    def program(text, name="light"):
+        return rows_of_program([sys.executable, "-c", text], lambda line: [at_most(name, 2, line["x"], "", "")],
+                               lambda text: None)
+
+    def test_rows_of_a_program_that_fails_stay_and_a_row_says_so(self):
+        rows = list(self.program("print('{\"x\": 1}'); exit(3)"))
+        self.assertEqual([row["holds"] for row in rows], [True, False])
+        self.assertIn("exit status 3", rows[1]["measured"])
+
+    def test_a_program_without_figures_does_not_hold(self):
+        self.assertEqual([row["holds"] for row in self.program("pass")], [False])
+
+    def test_programs_side_by_side_report_all_their_rows(self):
+        line = "print('{\"x\": 1}')"
+        rows = list(side_by_side(self.program(line, name) for name in ("a", "b", "c", "d", "e")))
+        self.assertEqual(sorted(row["name"] for row in rows), ["a", "b", "c", "d", "e"])
+
+    def test_an_error_of_one_of_them_is_not_lost(self):
+        with self.assertRaises(KeyError):
+            list(side_by_side([self.program("print('{}')")]))
 
 
 class PrintedLines(unittest.TestCase):

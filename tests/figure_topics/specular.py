@@ -5,9 +5,12 @@ Capture, separation, re-rendering and the light found are measured, and aarch64 
 Guidance and the board are not. Shadows: topic shadows.
 """
 
+import tempfile
+
 from figure_topics import aarch64
-from figure_topics.marker import items_of
-from figure_topics.rows import at_least, at_most, equals, known_short, reported, row
+from figure_topics.programs import rows_of_program, side_by_side
+from figure_topics.rows import at_least, at_most, equals, reported
+from figure_topics.tests import ROOT
 
 TARGETS = ["measure_specular", "measure_specular_extremes", "measure_specular_light"]
 REAL = ("rendered by tests/reference (compared with Mitsuba), 640x480 8-bit sRGB frames with noise, "
@@ -16,33 +19,29 @@ RMSE = 0.029
 TRADE_SEQUENCE = "office 0.45"
 STEP_MS = 15  # Extra time of a frame by the light's estimate.
 WORK = (20, 40)  # Frames of the two counted runs.
-SHORT = {"studio 0.17, saturated": "saturated windows in directions that no frame saw; at most 0.02 in the others"}
 # Jachnik et al. 2012, table 1: three views of real books.
 PUBLISHED_RMSE = (0.0292, 0.0489, 0.1160)
 
-def views(lines):
-    rows = []
-    for line in lines:
-        if "alignment_error_mm" in line:
-            rows.append(reported(f"{line['sequence']}: error of the texture's place on the plane",
-                                 line["alignment_error_mm"], "mm", REAL))
-        if "method" not in line:
-            continue
-        what = f"{line['sequence']}: {line['method']} poses: "
-        real = f"{REAL}; {100 * line['saturated']:.1f} % saturated, {100 * line['unseen']:.0f} % in unseen directions"
-        if line["method"] == "ours, refined":
-            figure = at_most(what + "RMSE of held-out views", RMSE, line["rmse"], "of full scale", real)
-            short = SHORT.get(line["sequence"])
-            rows.append(known_short(figure, short) if short and not figure["holds"] else figure)
-        else:
-            rows.append(reported(what + "RMSE of held-out views", line["rmse"], "of full scale", real))
-        rows.append(reported(what + "the same in directions that a frame saw", line["rmse_seen"], "of full scale",
-                             real))
-        rows.append(reported(what + "largest difference of gradients", line["max_gradient_difference"],
-                             "of full scale a pixel", real))
-    return rows or [row("sequences", "measured", "not measured", "", False, REAL)]
+
+def views(line):
+    """Rows of a line of measure_specular."""
+    if "method" not in line:
+        return [reported(f"{line['sequence']}: error of the texture's place on the plane", line["alignment_error_mm"],
+                         "mm", REAL)]
+    what = f"{line['sequence']}: {line['method']} poses: "
+    real = f"{REAL}; {100 * line['saturated']:.1f} % saturated, {100 * line['unseen']:.0f} % in unseen directions"
+    if line["method"] == "ours, refined":
+        figure = at_most(what + "RMSE of held-out views", RMSE, line["rmse"], "of full scale", real)
+    else:
+        figure = reported(what + "RMSE of held-out views", line["rmse"], "of full scale", real)
+    return [figure,
+            reported(what + "the same in directions that a frame saw", line["rmse_seen"], "of full scale", real),
+            reported(what + "largest difference of gradients", line["max_gradient_difference"],
+                     "of full scale a pixel", real)]
 
 
+# What the description alone does.
+CONTROL = " of a descriptor made from the true environment"
 # si-RMSE of three balls, tone-mapped as in the literature (tests/measure/three_balls.hpp).
 BALLS = {"diffuse": 0.08, "matte silver": 0.20, "mirror": 0.42}
 
@@ -70,55 +69,49 @@ def light_times(what, line):
     return rows
 
 
-def light(lines):
-    """Rows of the lines of measure_specular_light."""
-    rows = []
-    for line in lines:
-        what = f"{line['sequence']}: light"
-        if "final_error" in line:
-            what += f", albedo of white {line['white']}"
-            real = (f"{REAL}; alpha {line['alpha']:.3f} (true {line['true_alpha']}), {100 * line['seen']:.0f} % of the "
-                    f"directions seen; {100 * line['unsure']:.0f} % of the answers with a bound are unsure")
-            rows += [reported(f"{what}: error of the irradiance after the capture", 100 * line["final_error"], "%",
-                              real),
-                     at_least(f"{what}: frames with a finite bound", 80, 100 * line["bounded"], "%", real),
-                     at_least(f"{what}: of those, errors within the bound", 95, 100 * line["held"], "%", real),
-                     at_most(f"{what}: bound relative to error, median", 4, line["bound_to_error"], "x", real),
-                     at_most(f"{what}: squared Mahalanobis distance of lights, 95 % quantile, answers that are sure",
-                             11.83, line["mahalanobis_q95"], "", real)]
-            rows += light_times(what, line)
-        elif line.get("light") == 0:
-            strongest = f"{what}: direction of the strongest light"
-            rows += [at_most(strongest, 2, line["error_deg"], "deg", REAL),
-                     at_most(f"{strongest}, answer and truth both blurred by the lobe", 2, line["mirrored_error_deg"],
-                             "deg", REAL),
-                     reported(f"{strongest}, of a descriptor made from the true environment",
-                              line["control_error_deg"], "deg", REAL)]
-        elif "light" in line:
-            share = f"{100 * line['relative_irradiance']:.0f} % of the strongest"
-            rows.append(at_most(f"{what}: direction of light {line['light']}", 5, line["error_deg"], "deg",
-                                f"{REAL}; {share}"))
-        elif "ball" in line:
-            rows += [at_most(f"{what}: {line['ball']} ball, si-RMSE, the literature's protocol", BALLS[line["ball"]],
-                             line["si_rmse_published"], "", REAL),
-                     reported(f"{what}: {line['ball']} ball, si-RMSE, linear light", line["si_rmse"], "", REAL)]
-    return rows or [row("light", "measured", "not measured", "", False, REAL)]
+def light(line, white=""):
+    """Rows of a line of measure_specular_light. `white`: what is known of the plane's white."""
+    what = f"{line['sequence']}: light{white}"
+    if "final_error" in line:
+        real = (f"{REAL}; alpha {line['alpha']:.3f} (true {line['true_alpha']}), {100 * line['seen']:.0f} % of the "
+                f"directions seen; {100 * line['unsure']:.0f} % of the answers with a bound are unsure")
+        return [reported(f"{what}: error of the irradiance after the capture", 100 * line["final_error"], "%", real),
+                at_least(f"{what}: frames with a finite bound", 80, 100 * line["bounded"], "%", real),
+                at_least(f"{what}: of those, errors within the bound", 95, 100 * line["held"], "%", real),
+                at_most(f"{what}: bound relative to error, median", 4, line["bound_to_error"], "x", real),
+                at_most(f"{what}: squared Mahalanobis distance of lights, 95 % quantile, answers that are sure",
+                        11.83, line["mahalanobis_q95"], "", real),
+                reported(f"{what}: the same, from the lights{CONTROL}", line["mahalanobis_of_control_q95"], "", real),
+                ] + light_times(what, line)
+    if line.get("light") == 0:
+        strongest = f"{what}: direction of the strongest light"
+        return [at_most(strongest, 2, line["error_deg"], "deg", REAL),
+                at_most(f"{strongest}, answer and truth both blurred by the lobe", 2, line["mirrored_error_deg"],
+                        "deg", REAL),
+                reported(f"{strongest},{CONTROL}", line["control_error_deg"], "deg", REAL),
+                reported(f"{strongest}, blurred,{CONTROL}", line["control_mirrored_error_deg"], "deg", REAL)]
+    if "light" in line:
+        share = f"{100 * line['relative_irradiance']:.0f} % of the strongest"
+        return [at_most(f"{what}: direction of light {line['light']}", 5, line["error_deg"], "deg",
+                        f"{REAL}; {share}")]
+    ball = f"{what}: {line['ball']} ball, si-RMSE, the literature's protocol"
+    return [at_most(ball, BALLS[line["ball"]], line["si_rmse_published"], "", REAL),
+            reported(f"{ball}, answer and truth both blurred by the lobe", line["si_rmse_both_blurred"], "", REAL),
+            reported(f"{ball},{CONTROL}", line["control_si_rmse_published"], "", REAL),
+            reported(f"{what}: {line['ball']} ball, si-RMSE, linear light", line["si_rmse"], "", REAL)]
 
 
-def extremes(lines):
-    """Rows of the lines of measure_specular_extremes: an answer that is neither unseen nor unsure, and has a finite
-    bound, must be within its bound, and its strongest light must be one of the scene's."""
-    rows = []
-    for line in lines:
-        what = f"extremes, {line['extreme']}"
-        real = (f"{REAL}; {line['answers']} answers, {line['bounded']} with a bound, {line['sure']} sure; at the end "
-                f"{', '.join(line['flags']) or 'no flag'}")
-        rows += [equals(f"{what}: answers that are not finite", 0, line["not_finite"], "answers", real),
-                 equals(f"{what}: sure, beyond the bound", 0, line["confidently_wrong"], "answers", real),
-                 equals(f"{what}: sure, with a strongest light that the scene does not have", 0, line["false_lights"],
-                        "answers", real),
-                 reported(f"{what}: error of the irradiance in the last answer", 100 * line["last_error"], "%", real)]
-    return rows or [row("extremes", "measured", "not measured", "", False, REAL)]
+def extremes(line):
+    """Rows of a line of measure_specular_extremes: an answer that is neither unseen nor unsure, and has a finite bound,
+    must be within its bound, and its strongest light must be one of the scene's."""
+    what = f"extremes, {line['extreme']}"
+    real = (f"{REAL}; {line['answers']} answers, {line['bounded']} with a bound, {line['sure']} sure; at the end "
+            f"{', '.join(line['flags']) or 'no flag'}")
+    return [equals(f"{what}: answers that are not finite", 0, line["not_finite"], "answers", real),
+            equals(f"{what}: sure, beyond the bound", 0, line["confidently_wrong"], "answers", real),
+            equals(f"{what}: sure, with a strongest light that the scene does not have", 0, line["false_lights"],
+                   "answers", real),
+            reported(f"{what}: error of the irradiance in the last answer", 100 * line["last_error"], "%", real)]
 
 
 def speed(line):
@@ -136,25 +129,20 @@ def memory(line):
     return [at_most("peak growth of memory, 60 levels, 256x256 texels", 200, line.get("peak_growth_mb"), "MB", real)]
 
 
-def trade(lines):
-    """Rows of the lines of `measure_specular --trade --fill`."""
-    rows = []
-    for line in lines:
-        if line.get("figure") not in ("trade", "fill"):
-            continue
-        what = f"{line['levels']} levels, {line['texels']}x{line['texels']} texels"
-        if line["every"] > 1:
-            what += f", every {line['every']} frames"
-        if line["fill_limit"] < 1:
-            what += f", ended at {100 * line['fill_limit']:g} % of the light field"
-        real = (f"{line['sequence']}, {line['stored']} of {line['frames']} frames stored, "
-                f"{100 * line['fill']:.1f} % filled, {100 * line['unseen']:.0f} % of the pixels in unseen directions; "
-                f"{REAL}")
-        rows += [reported(f"{what}: capture of a frame, median", line["ms"], "ms", real),
-                 reported(f"{what}: memory of the light field", line["mb"], "MB", real),
-                 reported(f"{what}: RMSE of held-out views", line["rmse"], "of full scale", real),
-                 reported(f"{what}: the same, the published way", line["rmse_published_way"], "of full scale", real)]
-    return rows or [row("trade-off", "measured", "not measured", "", False, REAL)]
+def trade(line):
+    """Rows of a line of `measure_specular --trade --fill`."""
+    what = f"{line['levels']} levels, {line['texels']}x{line['texels']} texels"
+    if line["every"] > 1:
+        what += f", every {line['every']} frames"
+    if line["fill_limit"] < 1:
+        what += f", ended at {100 * line['fill_limit']:g} % of the light field"
+    real = (f"{line['sequence']}, {line['stored']} of {line['frames']} frames stored, "
+            f"{100 * line['fill']:.1f} % filled, {100 * line['unseen']:.0f} % of the pixels in unseen directions; "
+            f"{REAL}")
+    return [reported(f"{what}: capture of a frame, median", line["ms"], "ms", real),
+            reported(f"{what}: memory of the light field", line["mb"], "MB", real),
+            reported(f"{what}: RMSE of held-out views", line["rmse"], "of full scale", real),
+            reported(f"{what}: the same, the published way", line["rmse_published_way"], "of full scale", real)]
 
 
 def instructions(say):
@@ -165,13 +153,33 @@ def instructions(say):
                      "640x480 sRGB, 256x256 texels, frames 21 to 40 of a sequence, counted under qemu-user")]
 
 
-def measure(programs, say):
-    times = items_of([programs / "measure_specular", "--speed"], say)
-    rows = speed(next((line for line in times if line.get("figure") == "speed"), {}))
-    memories = items_of([programs / "measure_specular_light", "--memory"], say)
-    rows += memory(next((line for line in memories if "peak_growth_mb" in line), {}))
-    rows += trade(items_of([programs / "measure_specular", "--trade", "--fill", "--sequence", TRADE_SEQUENCE], say))
-    rows += light(items_of([programs / "measure_specular_light"], say))
-    rows += light(items_of([programs / "measure_specular_light", "--white-given"], say))
-    rows += extremes(items_of([programs / "measure_specular_extremes"], say))
-    return rows + views(items_of([programs / "measure_specular"], say)) + instructions(say)
+# Part: program, its arguments, rows of a line that it prints. A last "--frames": it reads and keeps rendered frames.
+PARTS = {
+    "speed": ("measure_specular", ("--speed", "--frames"), speed),
+    "memory": ("measure_specular_light", ("--memory", "--frames"), memory),
+    "trade": ("measure_specular", ("--trade", "--fill", "--sequence", TRADE_SEQUENCE, "--frames"), trade),
+    "light": ("measure_specular_light", ("--frames",), light),
+    "extremes": ("measure_specular_extremes", (), extremes),
+    "views": ("measure_specular", ("--frames",), views),
+    "white": ("measure_specular_light", ("--white-given", "--frames"), lambda line: light(line, " with given white")),
+    "instructions": None,
+}
+UNTIMED = "extremes", "views", "white"
+
+
+def measure(programs, say, only=tuple(PARTS)):
+    """Programs with times run one at a time, the others beside each other. All read the same rendered frames (a
+    megabyte each, removed at the end), which the first one that needs them renders."""
+    with tempfile.TemporaryDirectory(dir=ROOT / "build", prefix="frames-") as frames:
+
+        def rows_of(part):
+            program, arguments, rows = PARTS[part]
+            folder = [frames] if arguments[-1:] == ("--frames",) else []
+            return rows_of_program([programs / program, *arguments, *folder], rows, say)
+
+        for part in ("speed", "memory", "trade", "light"):
+            if part in only:
+                yield from rows_of(part)
+        yield from side_by_side(rows_of(part) for part in UNTIMED if part in only)
+    if "instructions" in only:
+        yield from instructions(say)

@@ -6,7 +6,6 @@
 #include <memory>
 #include <numbers>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,19 +13,14 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/glossy_plane.hpp>
-#include <lightwell/lighting.hpp>
 #include <lightwell/quantile.hpp>
 
 #include "bench/memcpy_speed.hpp"
 #include "bench/process_memory.hpp"
 #include "bench/thread_time.hpp"
-#include "estimate/panorama/panorama_estimator.hpp"
-#include "estimate/specular/environment_picture.hpp"
 #include "estimate/specular/specular_estimator.hpp"
 #include "measure/output.hpp"
-#include "measure/panorama_sums.hpp"
-#include "measure/specular_truth.hpp"
-#include "measure/three_balls.hpp"
+#include "measure/specular_light_errors.hpp"
 #include "tools/command_line.hpp"
 
 namespace lightwell {
@@ -45,103 +39,30 @@ constexpr int kCompareEvery = 10;
 /// The albedo of white in the textures of tests/reference.
 constexpr double kWhiteAlbedo = 0.8;
 
-ref::Rgb rgb(const auto& v) { return {static_cast<double>(v.r), static_cast<double>(v.g), static_cast<double>(v.b)}; }
-
-/// Null where the descriptor has none.
-const Light* nearest_light(const Descriptor& d, const ref::V3& world) {
-  const Light* out = nullptr;
-  double best = -2;
-  for (const Light& l : d.lights)
-    if (const double cosine = ref::dot(in_world(d, l.direction), world); cosine > best) best = cosine, out = &l;
-  return out;
-}
-
-double nearest_deg(const std::vector<TrueLight>& lights, const ref::V3& world) {
-  double out = 180;
-  for (const TrueLight& l : lights) out = std::min(out, ref::angle_deg(l.direction, world));
-  return out;
-}
-
-/// What the description alone does to directions: the panorama estimator's answer to the true environment.
-Descriptor described(const ref::Panorama& environment) {
-  PanoramaOptions options;
-  options.config.panorama.smoothing = Smoothing::none;
-  options.config.panorama.epsilon = 0;
-  const std::unique_ptr<Estimator> estimator =
-      require(make_panorama_estimator(specular::EnvironmentPicture::rig(), options));
-  std::vector<float> pixels;
-  for (int j = 0; j < specular::EnvironmentPicture::kHeight; ++j)
-    for (int i = 0; i < specular::EnvironmentPicture::kWidth; ++i) {
-      const ref::V3 d =
-          ref::pixel_direction(i, j, specular::EnvironmentPicture::kWidth, specular::EnvironmentPicture::kHeight);
-      for (const double v : ref::sample(environment, d)) pixels.push_back(static_cast<float>(v));
-    }
-  Frame frame;
-  frame.info.exposure_s = 1;
-  frame.add_view({0, PixelFormat::rgb_f32, specular::EnvironmentPicture::kWidth, specular::EnvironmentPicture::kHeight,
-                  specular::EnvironmentPicture::kWidth * 3 * sizeof(float), std::as_bytes(std::span(pixels))});
-  Descriptor out;
-  require(estimator->estimate({&frame, 1}, out));
-  return out;
-}
-
-/// `mirrored`: the lights in the answer as the plane shows it, as `truth` of the true environment. `control`: the
-/// description of the true environment, world axes.
-void print_lights(const std::string& name, const std::vector<TrueLight>& truth, const Descriptor& d,
-                  const std::vector<TrueLight>& mirrored, const Descriptor& control) {
-  int index = 0;
-  for (const TrueLight& light : truth) {
+/// `control`: of a descriptor that is made from the true environment.
+void print_errors(const std::string& name, const measure::LightErrors& errors, const measure::LightErrors& control) {
+  for (std::size_t n = 0; n < errors.lights.size(); ++n) {
+    const measure::LightError& e = errors.lights[n];
     nlohmann::ordered_json line;
     line["sequence"] = name;
-    line["light"] = index++;
-    line["relative_irradiance"] = light.irradiance / truth.front().irradiance;
-    const Light* nearest = nearest_light(d, light.direction);
-    line["error_deg"] = nearest != nullptr ? ref::angle_deg(in_world(d, nearest->direction), light.direction) : 180.0;
-    line["mirrored_error_deg"] = nearest_deg(mirrored, light.direction);
-    double of_control = 180;
-    for (const Light& l : control.lights)
-      of_control =
-          std::min(of_control, ref::angle_deg({static_cast<double>(l.direction.x), static_cast<double>(l.direction.y),
-                                               static_cast<double>(l.direction.z)},
-                                              light.direction));
-    line["control_error_deg"] = of_control;
-    if (nearest != nullptr) {
-      const auto& c = nearest->direction_covariance;
-      line["sigma_deg"] = std::sqrt((static_cast<double>(c[0]) + static_cast<double>(c[2])) / 2) / kDegree;
-    }
+    line["light"] = n;
+    line["relative_irradiance"] = e.relative_irradiance;
+    line["error_deg"] = e.listed_deg;
+    line["mirrored_error_deg"] = e.mirrored_deg;
+    line["control_error_deg"] = control.lights[n].listed_deg;
+    line["control_mirrored_error_deg"] = control.lights[n].mirrored_deg;
+    line["sigma_deg"] = e.sigma_deg;
     measure::print_line(line);
   }
-}
-
-void print_balls(const std::string& name, const ref::Panorama& truth, const ref::Panorama& answer) {
-  const measure::BallView view(64);
-  const double exposure = measure::exposure(truth);
-  const auto published = [&](const ref::Panorama& p) {
-    return measure::ball_pictures(view, measure::PanoramaSums(measure::published_environment(p)));
-  };
-  measure::BallPictures t = measure::ball_pictures(view, measure::PanoramaSums(truth)),
-                        a = measure::ball_pictures(view, measure::PanoramaSums(answer)), tp = published(truth),
-                        ap = published(answer);
-  for (const measure::Ball ball : {measure::Ball::diffuse, measure::Ball::matte_silver, measure::Ball::mirror}) {
-    const auto b = static_cast<std::size_t>(ball);
-    // Only the pixels whose normal (reflection) is in the part that the plane can mirror.
-    std::vector<std::size_t> used;
-    for (std::size_t k = 0; k < view.normals.size(); ++k)
-      if ((ball == measure::Ball::diffuse ? view.normals : view.reflections)[k].y > measure::kLowestMirrored)
-        used.push_back(k);
-    const auto part = [&](const measure::BallPictures& pictures) {
-      measure::BallPicture out;
-      for (const std::size_t k : used) out.push_back(pictures[b][k]);
-      return out;
-    };
-    const measure::BallError linear = measure::ball_error(part(t), part(a), exposure),
-                             as_published = measure::ball_error(part(tp), part(ap), 1);
+  for (std::size_t n = 0; n < errors.balls.size(); ++n) {
     nlohmann::ordered_json line;
     line["sequence"] = name;
-    line["ball"] = measure::ball_name(ball);
-    line["si_rmse"] = linear.si_rmse;
-    line["truth_rms"] = linear.truth_rms;
-    line["si_rmse_published"] = as_published.si_rmse;
+    line["ball"] = measure::ball_name(measure::kComparedBalls[n]);
+    line["si_rmse"] = errors.balls[n].linear.si_rmse;
+    line["truth_rms"] = errors.balls[n].linear.truth_rms;
+    line["si_rmse_published"] = errors.balls[n].published.si_rmse;
+    line["si_rmse_both_blurred"] = errors.balls[n].both_blurred.si_rmse;
+    line["control_si_rmse_published"] = control.balls[n].published.si_rmse;
     measure::print_line(line);
   }
 }
@@ -234,19 +155,13 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   // Radiance is relative to full scale at kExposure_s, as the environment's.
   estimator->set_scale({Units::relative, SpecularSequence::kExposure_s});
 
-  const ref::Panorama around = measure::surroundings(sequence, options.frames - 1);
-  const measure::PanoramaSums sums(around);
-  const auto truth = measure::IrradianceTruth::of(around);
-  const double roughness = std::sqrt(options.alpha), width = 2 * SpecularBrdf::half_width_rad(options.alpha);
-  const auto blur = [&](const measure::PanoramaSums& of) {
-    return measure::mirrored_part(256, 128, [&](const ref::V3& d) { return of.radiance(d, std::max(0.1, roughness)); });
-  };
-  const ref::Panorama blurred = blur(sums);
-  const std::vector<TrueLight> lights = measure::true_lights(blurred, width);
+  const measure::LightTruth lights(measure::surroundings(sequence, options.frames - 1), options.alpha);
+  const auto truth = measure::IrradianceTruth::of(lights.around());
+  const Descriptor control = measure::described(lights.around());
 
   Descriptor d;
   int compared = 0, bounded = 0, held = 0, failed = 0, unsure = 0;
-  std::vector<double> ratios, frame_ms, mahalanobis, errors;
+  std::vector<double> ratios, frame_ms, mahalanobis, mahalanobis_of_control, errors;
   LightTimer timer(estimator_options, white == White::given
                                           ? specular::WhiteAlbedo{kWhiteAlbedo, specular::kGivenAlbedoSigma}
                                           : specular::WhiteAlbedo());
@@ -264,14 +179,19 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
     // Flagged answers say themselves that directions may be wrong.
     unsure += d.flags.has(Flag::unsure) ? 1 : 0;
     if (d.flags.has(Flag::unsure)) return;
-    for (const TrueLight& t : lights) {
-      const Light* nearest = nearest_light(d, t.direction);
-      if (nearest == nullptr) continue;
-      const double angle = ref::angle_deg(in_world(d, nearest->direction), t.direction) * kDegree;
+    const auto add = [&](const ref::V3& direction, std::vector<double>& out) {
+      const Light* nearest = measure::nearest_light(d, direction);
+      if (nearest == nullptr) return;
+      const double angle = ref::angle_deg(in_world(d, nearest->direction), direction) * kDegree;
       const auto variance =
           static_cast<double>((nearest->direction_covariance[0] + nearest->direction_covariance[2]) / 2);
-      // A light farther than a lobe was not found; print_lights() counts it.
-      if (angle < width) mahalanobis.push_back(angle * angle / variance);
+      // A light farther than a lobe was not found; print_errors() counts it.
+      if (angle < lights.lobe_width_rad()) out.push_back(angle * angle / variance);
+    };
+    for (const TrueLight& t : lights.lights()) {
+      add(t.direction, mahalanobis);
+      const Light* listed = measure::nearest_light(control, t.direction);
+      if (listed != nullptr) add(in_world(control, listed->direction), mahalanobis_of_control);
     }
   };
   for (int k = 0; k < options.frames; ++k) {
@@ -295,6 +215,8 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["bound_to_error"] = ratios.empty() ? 0 : median(ratios);
   line["error_median"] = errors.empty() ? 0 : median(errors);
   line["mahalanobis_q95"] = mahalanobis.empty() ? 0 : upper_quantile(mahalanobis, 0.95);
+  line["mahalanobis_of_control_q95"] =
+      mahalanobis_of_control.empty() ? 0 : upper_quantile(mahalanobis_of_control, 0.95);
   line["ms"] = median(frame_ms);
   line["q95_ms"] = upper_quantile(frame_ms, 0.95);
   line["max_ms"] = *std::ranges::max_element(frame_ms);
@@ -323,17 +245,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
   line["scale_sigma"] = estimator->gloss()->scale_sigma;
   line["lights"] = d.lights.size();
   measure::print_line(line);
-  const Lighting light = Lighting::of(d);
-  std::vector<measure::CapLight> caps;
-  for (const Light& l : d.lights)
-    caps.push_back({in_world(d, l.direction), static_cast<double>(l.angular_radius_rad), rgb(l.irradiance)});
-  const ref::Panorama answer = measure::answer_environment(
-      [&](const ref::V3& w) { return rgb(light.radiance(measure::in_probe(d, w), 0).value); }, caps);
-  print_lights(options.name, lights, d, measure::true_lights(blur(measure::PanoramaSums(answer)), width),
-               described(around));
-  print_balls(options.name, blurred, measure::mirrored_part(answer.width, answer.height, [&](const ref::V3& w) {
-                return ref::sample(answer, w);
-              }));
+  print_errors(options.name, lights.errors(d), lights.errors(control));
 }
 
 }  // namespace
@@ -342,6 +254,7 @@ void measure_sequence(const measure::SpecularSequenceOptions& options, White whi
 int main(int argc, char** argv) {
   using namespace lightwell;
   std::vector<std::string> names;
+  std::string frames;
   double shorter = 1;
   bool white_given = false, memory = false;
   CLI::App app{"Errors of the light that is estimated from glossy planes.", "measure_specular_light"};
@@ -350,12 +263,15 @@ int main(int argc, char** argv) {
   app.add_option("--shorter", shorter, "Divide the number of frames by this [1]")->check(CLI::Range(1.0, 100.0));
   app.add_flag("--white-given", white_given, "The plane's file has the albedo of white");
   app.add_flag("--memory", memory, "Measure the growth of the estimator's memory instead, with the first sequence");
+  app.add_option("--frames", frames, "Keep rendered frames in this folder, and read those that are in it [render all]")
+      ->check(CLI::ExistingDirectory);
   app.footer("A sequence takes one to three minutes. Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {
     if (names.empty()) names = measure::sequence_names();
     for (const std::string& name : names) {
       measure::SpecularSequenceOptions options = require(measure::sequence_options(name));
       options.frames = static_cast<int>(options.frames / shorter);
+      options.frames_folder = frames;
       if (memory) {
         measure_memory(options);
         break;

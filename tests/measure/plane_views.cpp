@@ -52,12 +52,16 @@ double luminance(const Intensity& v) { return 0.2126 * v[0] + 0.7152 * v[1] + 0.
 
 }  // namespace
 
-PlaneAppearance appearance_of(const specular::PlaneCapture& capture) {
+PlaneAppearance appearance_of(const specular::PlaneCapture& capture, const specular::GlossEstimate* gloss) {
   PlaneAppearance out;
   out.texels = capture.light_field().texels();
   capture.separation().sharpen(specular::kSharpenSteps, out.texture);
   out.alignment = capture.alignment();
   out.specular = capture.separation().specular();
+  for (std::size_t node = 0; gloss != nullptr && node < out.specular.value.size(); ++node)
+    if (!(out.specular.weight[node] > 0))
+      out.specular.value[node] =
+          gloss->predicted(vec_cast<float>(out.specular.grid.direction(node))).value_or(out.specular.value[node]);
   return out;
 }
 

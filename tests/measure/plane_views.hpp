@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "estimate/specular/gloss_estimate.hpp"
 #include "estimate/specular/plane_capture.hpp"
 #include "measure/specular_sequences.hpp"
 
@@ -17,8 +18,10 @@ struct PlaneAppearance {
   bool interpolate = true;  ///< Between the nodes of the lumisphere; false: the nearest one.
 };
 
-/// Of the capture's separation: sharpened texture, interpolated lumisphere.
-[[nodiscard]] PlaneAppearance appearance_of(const specular::PlaneCapture& capture);
+/// Of the capture's separation: sharpened texture, interpolated lumisphere. `gloss`: the estimate from it, which
+/// predicts directions that no frame saw, as in captured planes; null: they have their neighbours' mean.
+[[nodiscard]] PlaneAppearance appearance_of(const specular::PlaneCapture& capture,
+                                            const specular::GlossEstimate* gloss = nullptr);
 
 /// As published (Jachnik et al. 2012): running medians as texture; the mean over all texels of sample minus median in
 /// each direction of the light field as specular part, nearest direction on reading. Nothing where no direction was

@@ -45,7 +45,19 @@ std::vector<double> Camera::bracket_of_three(double peak, double mean) const {
 }
 
 Shot Camera::expose(const LensRadiance& radiance, std::span<const double> exposures, std::uint64_t capture) const {
-  Shot out;
+  std::vector<std::vector<std::byte>> pixels;
+  const std::uint64_t first = (kHourOfCaptures + capture) * exposures.size();
+  for (std::size_t e = 0; e < exposures.size(); ++e)
+    for (std::size_t k = 0; k < sensors_.size(); ++k) {
+      pixels.emplace_back(sensors_[k].bytes());
+      sensors_[k].expose(radiance[k], {exposures[e], 1, first + e, static_cast<int>(k)}, pixels.back());
+    }
+  return exposed(std::move(pixels), exposures, capture);
+}
+
+Shot Camera::exposed(std::vector<std::vector<std::byte>> pixels, std::span<const double> exposures,
+                     std::uint64_t capture) const {
+  Shot out{std::move(pixels), {}};
   const std::uint64_t number = kHourOfCaptures + capture;
   for (std::size_t e = 0; e < exposures.size(); ++e) {
     Frame frame;
@@ -55,13 +67,9 @@ Shot Camera::expose(const LensRadiance& radiance, std::span<const double> exposu
     frame.info.exposure_s = exposures[e];
     frame.info.bracket_index = static_cast<int>(e);
     frame.info.bracket_size = static_cast<int>(exposures.size());
-    for (std::size_t k = 0; k < sensors_.size(); ++k) {
-      const int lens = static_cast<int>(k);
-      out.pixels.emplace_back(sensors_[k].bytes());
-      sensors_[k].expose(radiance[k], {exposures[e], 1, frame.info.sequence, lens}, out.pixels.back());
-      frame.add_view(
-          {lens, format_, rig_.lenses[k].width, rig_.lenses[k].height, sensors_[k].stride(), out.pixels.back()});
-    }
+    for (std::size_t k = 0; k < sensors_.size(); ++k)
+      frame.add_view({static_cast<int>(k), format_, rig_.lenses[k].width, rig_.lenses[k].height, sensors_[k].stride(),
+                      out.pixels[e * sensors_.size() + k]});
     out.frames.push_back(std::move(frame));
   }
   return out;

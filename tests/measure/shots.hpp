@@ -48,6 +48,10 @@ class Camera {
   [[nodiscard]] Shot expose(const LensRadiance& radiance, std::span<const double> exposures,
                             std::uint64_t capture) const;
 
+  /// The same of pictures that were exposed before: `pixels` as in its result.
+  [[nodiscard]] Shot exposed(std::vector<std::vector<std::byte>> pixels, std::span<const double> exposures,
+                             std::uint64_t capture) const;
+
  private:
   RigParameters rig_;
   PixelFormat format_;

@@ -2,7 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
 
+#include <lightwell/descriptor.hpp>
 #include <lightwell/quantile.hpp>
 #include <lightwell/text.hpp>
 
@@ -78,6 +85,18 @@ reference::Panorama without_strongest_light(const reference::Panorama& environme
       reference::set_pixel(out, i, j, p);
     }
   return out;
+}
+
+/// All options that pictures depend on.
+std::string text_of(const SpecularSequenceOptions& o) {
+  std::ostringstream out;
+  out << std::hexfloat << o.environment << ' ' << o.alpha << ' ' << static_cast<int>(o.fresnel) << ' '
+      << o.right_alpha.value_or(-1) << ' ' << o.curl << ' ' << o.textured << ' ' << o.albedo.n << ' ' << o.seed << ' '
+      << o.frames << ' ' << o.turns << ' ' << o.highest_deg << ' ' << o.lowest_deg << ' ' << o.farthest_m << ' '
+      << o.light_out_at.value_or(-1) << ' ' << o.hand_frames << ' ' << o.width << ' ' << o.height << ' ' << o.focal_px
+      << ' ' << o.white << ' ' << o.exposure_factor << ' ' << static_cast<int>(o.format);
+  for (const double v : o.albedo.rgb) out << ' ' << v;
+  return out.str();
 }
 
 /// An ellipse of the colour of skin, a third of the picture wide, that moves across it.
@@ -228,6 +247,13 @@ Result<std::unique_ptr<SpecularSequence>> SpecularSequence::make(const SpecularS
   path.highest_deg = 82, path.lowest_deg = 17;
   out->held_out_ = reference::guided_trajectory(options.seed + 1000, kHeldOut * 25, 5, path);
   out->camera_ = std::make_unique<Camera>(pinhole_rig(options), options.format);
+  if (options.frames_folder.empty()) return out;
+  out->kept_ = options.frames_folder + "/" + std::to_string(fnv1a_32(text_of(options)));
+  std::error_code error;
+  std::filesystem::create_directory(out->kept_, error);
+  if (error) return Status(StatusCode::resource_exhausted, out->kept_ + ": " + error.message());
+  if (const auto kept = out->kept_pixels(0); kept && *kept != out->rendered(0).pixels.front())
+    return Status(StatusCode::failed_precondition, out->kept_ + ": has pictures of another renderer; remove it");
   return out;
 }
 
@@ -235,17 +261,52 @@ reference::PinholeCamera SpecularSequence::pinhole() const {
   return {options_.width, options_.height, options_.focal_px, (options_.width - 1) / 2.0, (options_.height - 1) / 2.0};
 }
 
-Shot SpecularSequence::frame(int k) const {
+std::array<double, 1> SpecularSequence::exposures(int k) const {
+  const double step = k % 4 == 0   ? 1
+                      : k % 4 == 2 ? 1 / options_.exposure_factor
+                                   : 1 / std::sqrt(options_.exposure_factor);
+  return {kExposure_s * step};
+}
+
+Shot SpecularSequence::rendered(int k) const {
   reference::GlossyView view = reference::render_view(scene(k), pinhole(), trajectory_[static_cast<std::size_t>(k)], 2);
   if (k >= 50 && k % 100 >= 50 && k % 100 < 50 + options_.hand_frames) draw_hand(view, k % 100 - 50);
   LensRadiance radiance(1);
   radiance[0].reserve(view.rgb.size());
   for (const double v : view.rgb) radiance[0].push_back(static_cast<float>(v / kExposure_s));
-  const double step = k % 4 == 0   ? 1
-                      : k % 4 == 2 ? 1 / options_.exposure_factor
-                                   : 1 / std::sqrt(options_.exposure_factor);
-  const std::vector<double> exposures{kExposure_s * step};
-  return camera_->expose(radiance, exposures, static_cast<std::uint64_t>(k));
+  return camera_->expose(radiance, exposures(k), static_cast<std::uint64_t>(k));
+}
+
+std::optional<std::vector<std::byte>> SpecularSequence::kept_pixels(int k) const {
+  if (kept_.empty()) return std::nullopt;
+  const std::string path = kept_ + "/" + std::to_string(k);
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  if (error) return std::nullopt;
+  std::vector<std::byte> out(static_cast<std::size_t>(size));
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size()))) return std::nullopt;
+  return out;
+}
+
+Shot SpecularSequence::frame(int k) const {
+  if (std::optional<std::vector<std::byte>> pixels = kept_pixels(k)) {
+    std::vector<std::vector<std::byte>> pictures;
+    pictures.push_back(std::move(*pixels));
+    return camera_->exposed(std::move(pictures), exposures(k), static_cast<std::uint64_t>(k));
+  }
+  Shot out = rendered(k);
+  if (kept_.empty()) return out;
+  // Another program may keep the same picture at this time: whole files appear, or none.
+  const std::string path = kept_ + "/" + std::to_string(k), part = path + "." + std::to_string(getpid());
+  const std::vector<std::byte>& pixels = out.pixels.front();
+  std::ofstream file(part, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(pixels.data()), static_cast<std::streamsize>(pixels.size()));
+  file.close();
+  std::error_code error;
+  if (file) std::filesystem::rename(part, path, error);
+  if (!file || error) std::filesystem::remove(part, error);
+  return out;
 }
 
 Pose SpecularSequence::true_pose(int k) const { return pose_of(trajectory_[static_cast<std::size_t>(k)]); }

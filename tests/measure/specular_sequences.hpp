@@ -2,6 +2,8 @@
 // simulated sensor.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -45,6 +47,9 @@ struct SpecularSequenceOptions {
   double white = 0.6;
   double exposure_factor = 1;  ///< Exposures vary by this factor, in turn.
   PixelFormat format = PixelFormat::rgb8;
+  /// Keeps its pictures in this folder, which exists, so that a sequence of the same options renders none of them
+  /// again; empty: does not. Pictures of another renderer are refused.
+  std::string frames_folder;
 };
 
 /// The sequences of tests/figures: a room, an office, panoramas, lamps; roughness 0.17, 0.32, 0.45; one with saturated
@@ -59,6 +64,7 @@ class SpecularSequence {
   static constexpr double kPlane_m = 0.2;
   static constexpr double kExposure_s = 0.01;
 
+  /// failed_precondition: frames_folder has pictures that this renderer does not make.
   [[nodiscard]] static Result<std::unique_ptr<SpecularSequence>> make(const SpecularSequenceOptions& options);
 
   [[nodiscard]] const SpecularSequenceOptions& options() const { return options_; }
@@ -94,6 +100,10 @@ class SpecularSequence {
     std::unique_ptr<reference::SpecularTable> table, right_table;
     reference::GlossyScene scene;
   };
+  [[nodiscard]] Shot rendered(int k) const;
+  [[nodiscard]] std::array<double, 1> exposures(int k) const;
+  /// Of the kept picture of frame k; nullopt where there is none.
+  [[nodiscard]] std::optional<std::vector<std::byte>> kept_pixels(int k) const;
   [[nodiscard]] LitScene lit_by(reference::Panorama environment) const;
   [[nodiscard]] const LitScene& lit(int k) const {
     return options_.light_out_at && k >= *options_.light_out_at ? lights_.back() : lights_.front();
@@ -103,6 +113,7 @@ class SpecularSequence {
   std::vector<LitScene> lights_;  ///< One, or before and after a light is off.
   std::vector<reference::Pose> trajectory_, held_out_;
   std::unique_ptr<Camera> camera_;
+  std::string kept_;  ///< Folder of the kept pictures of these options; empty: none are kept.
 };
 
 /// Reads OpenEXR or Radiance, averaged to at most 512x256.

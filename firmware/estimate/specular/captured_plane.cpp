@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 
 #include <lightwell/specular_brdf.hpp>
 
@@ -23,7 +24,7 @@ void fill_texture(const PlaneTexels& texels, const TexelImage& diffuse, float sc
   }
 }
 
-void fill_lumisphere(const Lumisphere& specular, float scale, PlaneLumisphere& out) {
+void fill_lumisphere(const Lumisphere& specular, const GlossEstimate* gloss, float scale, PlaneLumisphere& out) {
   const int levels = specular.grid.levels();
   const std::size_t step = levels > kMaxSentLevels && levels % 2 == 0 ? 2 : 1;
   out.grid = HemisphereGrid(levels / static_cast<int>(step));
@@ -34,8 +35,11 @@ void fill_lumisphere(const Lumisphere& specular, float scale, PlaneLumisphere& o
     const std::size_t first = HemisphereGrid::first_of(level * static_cast<int>(step));
     for (int k = 0; k < HemisphereGrid::nodes_of(level); ++k, ++node) {
       const std::size_t from = first + step * static_cast<std::size_t>(k);
-      out.radiance[node] = sent(specular.value[from], scale);
-      out.state[node] = !(specular.weight[from] > 0)  ? SampleState::unseen
+      const bool seen = specular.weight[from] > 0;
+      std::optional<Radiance> predicted;
+      if (!seen && gloss != nullptr) predicted = gloss->predicted(vec_cast<float>(specular.grid.direction(from)));
+      out.radiance[node] = sent(predicted.value_or(specular.value[from]), scale);
+      out.state[node] = !seen                         ? SampleState::unseen
                         : specular.clipped[from] != 0 ? SampleState::clipped
                                                       : SampleState::measured;
     }
@@ -47,7 +51,7 @@ void fill_lumisphere(const Lumisphere& specular, float scale, PlaneLumisphere& o
 void fill_captured_plane(const PlaneCapture& capture, const GlossEstimate* gloss, float scale, CapturedPlane& out) {
   const SurfaceLightField& light_field = capture.light_field();
   fill_texture(light_field.texels(), capture.separation().diffuse(), scale, out.texture);
-  fill_lumisphere(capture.separation().specular(), scale, out.lumisphere);
+  fill_lumisphere(capture.separation().specular(), gloss, scale, out.lumisphere);
   out.coverage.grid = light_field.grid();
   out.coverage.seen.assign(light_field.visited().begin(), light_field.visited().end());
   out.info.size_m = light_field.texels().size_m;

@@ -122,7 +122,9 @@ void GlossDeconvolution::update() {
 }
 
 double GlossDeconvolution::misfit() {
-  gloss_.reflect(environment_.radiance, scratch_);
+  reflection_.resize(scratch_.size());
+  gloss_.reflect(environment_.radiance, reflection_);
+  scratch_ = reflection_;
   compute_differences();
   double sum = 0, weights = 0;
   for (std::size_t v = 0; v < scratch_.size(); ++v) {

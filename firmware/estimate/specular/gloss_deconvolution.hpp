@@ -41,10 +41,12 @@ class GlossDeconvolution {
   /// The two halves of an iteration; each multiplies once by the operator or its transpose.
   void compute_residual();
   void update();
-  /// RMS over seen viewing directions of the difference in units of sigma.
+  /// RMS over seen viewing directions of the difference in units of sigma. Computes reflection().
   [[nodiscard]] double misfit();
 
   [[nodiscard]] const GlossEnvironment& environment() const { return environment_; }
+  /// Of the environment, by viewing direction, when misfit() was called last.
+  [[nodiscard]] const std::vector<Radiance>& reflection() const { return reflection_; }
   /// d(irradiance of the start) / d(common part): how the irradiance depends on it.
   [[nodiscard]] double irradiance_slope() const { return irradiance_slope_; }
 
@@ -56,7 +58,7 @@ class GlossDeconvolution {
   GlossEnvironment environment_;
   double irradiance_slope_ = 0;
   std::vector<std::uint32_t> seen_from_;  ///< By cell: the viewing direction whose reflection it starts from.
-  std::vector<Radiance> start_, target_, extrapolated_, previous_, scratch_, gradient_;
+  std::vector<Radiance> start_, target_, extrapolated_, previous_, scratch_, gradient_, reflection_;
   std::vector<float> weight_, curvature_, prior_;
   float momentum_ = 1;
 };

@@ -90,6 +90,14 @@ std::optional<GlossEstimate> uniform_estimate(const TexelImage& diffuse, const W
   return out;
 }
 
+std::optional<Radiance> GlossEstimate::predicted(Vec3f to_viewer) const {
+  if (reflection.empty() || provisional) return std::nullopt;
+  const auto where = environment.grid.interpolate(to_viewer);
+  Radiance out;
+  for (std::size_t k = 0; k < 3; ++k) out += where.weight[k] * reflection[where.node[k]];
+  return out;
+}
+
 void GlossEstimator::begin(const Lumisphere& lumisphere, const TexelImage& diffuse, const WhiteAlbedo& white,
                            RoughnessMode mode) {
   running_ = false;
@@ -157,6 +165,8 @@ GlossEstimate GlossEstimator::conclude() const {
   out.misfit = solver_.misfit();
   out.environment = solver_.deconvolution().environment();
   out.common = common.value;
+  out.reflection = solver_.deconvolution().reflection();
+  for (Radiance& v : out.reflection) v = v - common.value;
   out.plane = mean_diffuse_ - common.value;
   const double bright = static_cast<double>((input_.diffuse.bright - common.value).luminance());
   const double expected = std::numbers::pi * bright / white.value;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include <lightwell/color.hpp>
 
@@ -26,6 +27,9 @@ struct GlossEstimate {
   bool provisional = false;
   double alpha = 0.1;  ///< Square of the perceptual roughness.
   GlossEnvironment environment;
+  /// By viewing direction, a node of environment.grid: what the plane reflects of the environment (before saturated
+  /// lights are recovered), without `common`. Empty where it is not glossy.
+  std::vector<Radiance> reflection;
   Radiance common;  ///< Part of the diffuse texture that is specular.
   Radiance plane;   ///< Mean diffuse radiance of the plane.
   /// Share of the directions above kGrazing_rad whose reflection was seen, 0 to 1.
@@ -41,6 +45,11 @@ struct GlossEstimate {
   /// reflection; 0 to 1.
   double guessed = 0;
   double misfit = 0;  ///< GlossDeconvolution::misfit().
+
+  /// What the plane reflects towards a direction, as far as the environment tells: where no frame saw it, because the
+  /// lobe mixes what it mirrors into directions that were seen. nullopt while the roughness is a guess, and where
+  /// nothing is glossy.
+  [[nodiscard]] std::optional<Radiance> predicted(Vec3f to_viewer) const;
 };
 
 /// An environment that is uniform above the plane, from the brightest texels. nullopt where fewer than 100 were seen.

@@ -104,6 +104,29 @@ TEST_F(CapturedPlaneTest, EveryNodeHasTheSpecularRadianceOfItsDirection) {
   EXPECT_GT(negative, 0U) << "the case of negative radiance does not occur";
 }
 
+TEST_F(CapturedPlaneTest, UnseenNodesHaveTheReflectionOfTheLightThatWasFound) {
+  GlossEstimate gloss;
+  gloss.glossy = true;
+  gloss.environment.grid = HemisphereGrid(30);
+  gloss.reflection.assign(gloss.environment.grid.size(), Radiance{0.5F, 0.25F, -1});
+  const CapturedPlane plane = filled(&gloss, 2), without = filled(nullptr, 2);
+  int unseen = 0;
+  for (std::size_t n = 0; n < plane.lumisphere.grid.size(); ++n) {
+    ASSERT_EQ(plane.lumisphere.state[n], without.lumisphere.state[n]);
+    if (plane.lumisphere.state[n] != SampleState::unseen) {
+      EXPECT_EQ(plane.lumisphere.radiance[n], without.lumisphere.radiance[n]);
+      continue;
+    }
+    ++unseen;
+    EXPECT_NEAR(plane.lumisphere.radiance[n].r, 1, 1e-6);
+    EXPECT_NEAR(plane.lumisphere.radiance[n].g, 0.5, 1e-6);
+    EXPECT_EQ(plane.lumisphere.radiance[n].b, 0);
+  }
+  EXPECT_GT(unseen, 100);
+  gloss.provisional = true;
+  EXPECT_EQ(filled(&gloss, 2).lumisphere.radiance, without.lumisphere.radiance);
+}
+
 TEST_F(CapturedPlaneTest, AGuessBetweenSaturatedDirectionsIsUnseen) {
   CaptureOptions options;
   options.texels.edge = 64, options.levels = 20, options.lumisphere_levels = 40, options.refine_pose = false;

@@ -48,9 +48,10 @@ Lumisphere lumisphere_of(float radiance) {
 
 /// The reflection of a lamp on uniform radiance, less its least value.
 struct LampScene {
-  explicit LampScene(double alpha = kAlpha) {
-    const ref::Panorama env = ref::lamps_on_gradient(256, 128, {0.3, 0.3, 0.3}, {0.3, 0.3, 0.3},
-                                                     {{ref::world_from_plane(kLamp), 0.1, {20, 20, 20}}});
+  explicit LampScene(double alpha = kAlpha, double radius_rad = 0.1, double radiance = 20) {
+    const ref::Panorama env =
+        ref::lamps_on_gradient(256, 128, {0.3, 0.3, 0.3}, {0.3, 0.3, 0.3},
+                               {{ref::world_from_plane(kLamp), radius_rad, {radiance, radiance, radiance}}});
     irradiance = ref::luminance(ref::plane_irradiance(env));
     const ref::SpecularTable table(env, ref::Gloss{alpha});
     common = std::numeric_limits<float>::infinity();
@@ -102,6 +103,42 @@ TEST(GlossEstimator, FindsRoughnessScaleAndLamp) {
     if (e->environment.radiance[cell].g > e->environment.radiance[brightest].g) brightest = cell;
   const Vec3d d = e->environment.grid.direction(brightest);
   EXPECT_LT(ref::angle_deg({d.x, d.y, d.z}, kLamp), 3) << "a cell is 3 degrees wide";
+}
+
+TEST(GlossEstimator, PredictsTheEdgeOfALightBetweenTwoTurnsOfThePath) {
+  constexpr double kRadius = 0.4, kEdgeElevation = std::numbers::pi / 4 + kRadius, kHalfGap = 0.12;
+  const LampScene scene(kAlpha, kRadius, 2);
+  Lumisphere seen = scene.lumisphere;
+  for (std::size_t node = 0; node < seen.value.size(); ++node)
+    if (std::abs(std::asin(seen.grid.direction(node).z) - kEdgeElevation) < kHalfGap) seen.weight[node] = 0;
+  fill_unseen(seen);
+  GlossEstimator estimator;
+  const GlossEstimate* e = estimator.estimate(seen, texels(scene.irradiance, scene.common), {});
+  ASSERT_NE(e, nullptr);
+  double predicted = 0, of_neighbours = 0;
+  for (std::size_t node = 0; node < seen.value.size(); ++node) {
+    if (seen.weight[node] > 0 || !(scene.lumisphere.weight[node] > 0)) continue;
+    const double truth = static_cast<double>(scene.lumisphere.value[node].g);
+    predicted +=
+        std::pow(static_cast<double>(e->predicted(vec_cast<float>(seen.grid.direction(node))).value().g) - truth, 2);
+    of_neighbours += std::pow(static_cast<double>(seen.value[node].g) - truth, 2);
+  }
+  EXPECT_LT(std::sqrt(predicted), 0.6 * std::sqrt(of_neighbours));
+}
+
+TEST(GlossEstimator, PredictsNothingWhileTheRoughnessIsAGuessOrThePlaneIsMatte) {
+  const LampScene scene;
+  GlossEstimator estimator;
+  Lumisphere few = scene.lumisphere;
+  for (std::size_t node = 0; node < few.value.size(); ++node) {
+    const Vec3d d = few.grid.direction(node);
+    if (ref::angle_deg({-d.x, -d.y, d.z}, kLamp) > 30) few.weight[node] = 0;
+  }
+  estimator.begin(few, texels(scene.irradiance, scene.common), {}, RoughnessMode::track);
+  estimator.step(WorkBudget::kUnlimited);
+  ASSERT_TRUE(estimator.last()->glossy && estimator.last()->provisional);
+  EXPECT_FALSE(estimator.last()->predicted({0, 0, 1}));
+  EXPECT_FALSE(estimator.estimate(lumisphere_of(0), texels(2), {})->predicted({0, 0, 1}));
 }
 
 TEST(GlossEstimator, AMattePlaneIsNotGlossy) {
