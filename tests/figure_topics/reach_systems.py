@@ -88,9 +88,12 @@ def size_rows(system, build_folder, real):
             needed_row(system, path, real)]
 
 
-def glibc_rows():
+def glibc_rows(say):
     system = "Linux with glibc, without gRPC"
     folder = BUILD.with_name(BUILD.name + "-without-grpc")
+    if not folder.is_dir():
+        say("install_consumer_without_grpc, which builds it")
+        run_test("install_consumer_without_grpc")
     path = library(folder) if folder.is_dir() else None
     real = "Debian's libraries; built by the test install_consumer_without_grpc"
     return [at_most(f"{system}: bytes of liblightwell, stripped", LARGEST_BYTES, stripped_bytes(path), "", real),
@@ -112,7 +115,7 @@ def measure(say):
         name = f"{system}: a C++ program of {lines_of_example()} lines prints the light, by ws:// and wss://"
         rows.append(equals(name, 1, passed, "", f"{tools}; real lightwelld, simulated camera"))
         rows += size_rows(system, folder, f"{tools}; protobuf, OpenSSL and libwebsockets inside")
-    return rows + glibc_rows()
+    return rows + glibc_rows(say)
 
 
 def lines_of_example():
