@@ -6,7 +6,7 @@ if("$ENV{ANDROID_NDK_HOME}" STREQUAL "" OR "$ENV{LIGHTWELL_SYSROOT_SDK}" STREQUA
                       "for Android.")
 endif()
 set(ANDROID_ABI arm64-v8a CACHE STRING "")
-# minSdk: the first release with if_indextoname() and the C++ library's files (24), and with Vulkan for every headset (26).
+# minSdk: if_indextoname() is there from 24 on. Not checked: no NDK was at hand.
 set(ANDROID_PLATFORM android-26 CACHE STRING "")
 # One file to ship.
 set(ANDROID_STL c++_static CACHE STRING "")
