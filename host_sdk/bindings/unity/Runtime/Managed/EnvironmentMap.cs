@@ -376,7 +376,7 @@ namespace Lightwell.Managed
         {
             double x = Double3.F(Double3.F(u * edge) - 0.5), y = Double3.F(Double3.F(v * edge) - 0.5);
             int i = (int)Math.Floor(x), j = (int)Math.Floor(y);
-            Double3 at(int column, int row) => Texel(of, first + At(edge, column, row));
+            Func<int, int, Double3> at = (column, row) => Texel(of, first + At(edge, column, row));
             var top = Mixed(at(i, j), at(i + 1, j), x - i);
             var bottom = Mixed(at(i, j + 1), at(i + 1, j + 1), x - i);
             return Mixed(top, bottom, y - j);
