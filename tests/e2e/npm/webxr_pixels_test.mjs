@@ -61,19 +61,23 @@ test("a probe that turns, and a probe that hangs turned in the session's space",
 test("a mirror reflects the environment map", async () => {
   const daemon = await pages.daemon("", ["estimator { panorama { environment_edge: 64 } }"]);
   const page = await pages.open(daemon, { scale: 0.2 }, "mirror");
-  // Before there is a map the mirror is black, and its error is no number.
-  const shown = async () => {
-    const { mirror } = await page.evaluate("scene.compare()");
-    return mirror.pixels > 1000 && mirror.rms < limit;
+  // A busy machine may be too slow for the maps of a second: then the mirror is black in both scenes, and its error is
+  // no number.
+  const shown = async (what) => {
+    const found = [];
+    await until(async () => {
+      const one = await page.evaluate("scene.compare()");
+      if (one.mirror.pixels > 1000 && (found.length > 0 || one.mirror.rms < limit)) found.push(one);
+      return found.length >= 4;
+    }, what, 120_000);
+    report(what, found, "mirror");
   };
-  await until(shown, "the cube map is shown", 120_000);
-  report("mirror", await compareAll(page, 3), "mirror");
+  await shown("mirror");
   writeFileSync(join(pages.screenshots, "xr_and_three.png"),
                 Buffer.from((await page.evaluate("scene.picture()")).split(",")[1], "base64"));
   // Half a turn: a cube map whose axes were those of the probe would show the lamp's side behind.
   await page.evaluate("scene.estimation.pose = { rotation: [0, 1, 0, 0], translation: [0, 0, 0] }");
-  await until(shown, "the turned cube map is shown", 120_000);
-  report("mirror, turned", await compareAll(page, 3), "mirror");
+  await shown("mirror, turned");
   await page.close();
 });
 
