@@ -33,7 +33,7 @@ namespace {
 /// Round trips before the clock is used for the time stamps of descriptors.
 constexpr int kRoundTripsBeforeStream = 2;
 
-std::string path_of(const std::string& method) { return "/lightwell.v1.ProbeService/" + method; }
+std::string method_path(const std::string& method) { return "/lightwell.v1.ProbeService/" + method; }
 
 grpc::ByteBuffer buffer_of(const std::string& message) {
   const grpc::Slice slice(message);
@@ -109,7 +109,7 @@ class GrpcConnection {
   void request_info() {
     info_context_ = std::make_unique<grpc::ClientContext>();
     info_context_->set_deadline(deadline_after(options_.connect_timeout));
-    info_call_ = generic_.PrepareUnaryCall(info_context_.get(), path_of("Info"), buffer_of({}), &queue_);
+    info_call_ = generic_.PrepareUnaryCall(info_context_.get(), method_path("Info"), buffer_of({}), &queue_);
     info_pending_ = true;
     info_sent_ = {monotonic_now_ns()};
     info_call_->StartCall();
@@ -139,12 +139,12 @@ class GrpcConnection {
     receiver_.describe(probe_info(answer->status, clock_, now));
     if (streaming_) return;
     streaming_ = stream_pending_ = true;
-    stream_ = generic_.PrepareCall(&stream_context_, path_of("StreamDescriptors"), &queue_);
+    stream_ = generic_.PrepareCall(&stream_context_, method_path("StreamDescriptors"), &queue_);
     stream_->StartCall(tag_of(Op::start));
     if (options_.plane == PlaneReception::none) return;
     receiver_.restart_plane();
     plane_pending_ = true;
-    plane_ = generic_.PrepareCall(&plane_context_, path_of("StreamPlane"), &queue_);
+    plane_ = generic_.PrepareCall(&plane_context_, method_path("StreamPlane"), &queue_);
     plane_->StartCall(tag_of(Op::plane_start));
   }
 
@@ -276,10 +276,11 @@ class GrpcSource final : public Source {
     context.set_deadline(deadline_after(options_.connect_timeout));
     grpc::ByteBuffer response;
     // As generated stubs do; the messages are encoded by `proto`.
-    const grpc::Status ended = grpc::internal::BlockingUnaryCall(
-        channel.get(),
-        grpc::internal::RpcMethod(path_of(kMethods[command.index()]).c_str(), grpc::internal::RpcMethod::NORMAL_RPC),
-        &context, buffer_of(encode_rpc_request(command)), &response);
+    const grpc::Status ended =
+        grpc::internal::BlockingUnaryCall(channel.get(),
+                                          grpc::internal::RpcMethod(method_path(kMethods[command.index()]).c_str(),
+                                                                    grpc::internal::RpcMethod::NORMAL_RPC),
+                                          &context, buffer_of(encode_rpc_request(command)), &response);
     if (ended.error_code() == grpc::StatusCode::UNIMPLEMENTED)
       return std::holds_alternative<GetConfig>(command)
                  ? no_get_config()

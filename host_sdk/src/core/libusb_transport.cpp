@@ -33,7 +33,7 @@ constexpr unsigned kSendTimeoutMs = 1000;
 constexpr int kMaxErrorsInRow = 5;
 constexpr Duration kCloseTimeout{900'000'000};
 
-std::string text_of(int error) { return libusb_strerror(static_cast<libusb_error>(error)); }
+std::string usb_error_text(int error) { return libusb_strerror(static_cast<libusb_error>(error)); }
 
 /// The probe's interface in a configuration.
 struct Interface {
@@ -87,7 +87,7 @@ Result<Handle> open_device(libusb_device* device) {
     return Status(StatusCode::failed_precondition,
                   "this user may not open the probe: install 70-lightwell.rules of the SDK (share/lightwell/udev) into "
                   "/etc/udev/rules.d, run `udevadm control --reload`, and plug the probe in again");
-  return Status(StatusCode::unavailable, "the probe cannot be opened: " + text_of(error));
+  return Status(StatusCode::unavailable, "the probe cannot be opened: " + usb_error_text(error));
 }
 
 class LibusbTransport;
@@ -116,7 +116,7 @@ class LibusbTransport final : public UsbTransport {
     const std::lock_guard lock(context_mutex_);
     if (const int error = libusb_init(&context_); error != 0) {
       context_ = nullptr;
-      return {StatusCode::unavailable, "libusb cannot be initialised: " + text_of(error)};
+      return {StatusCode::unavailable, "libusb cannot be initialised: " + usb_error_text(error)};
     }
     // Without hotplug events, waiting callers poll.
     watching_ = libusb_has_capability(LIBUSB_CAP_HAS_HOTPLUG) != 0 &&
@@ -134,13 +134,13 @@ class LibusbTransport final : public UsbTransport {
                  ? Status(StatusCode::resource_exhausted,
                           "another program on this machine uses the probe by USB; close it, or use the probe's "
                           "network function, which serves several")
-                 : Status(StatusCode::unavailable, "the probe's interface cannot be claimed: " + text_of(error));
+                 : Status(StatusCode::unavailable, "the probe's interface cannot be claimed: " + usb_error_text(error));
     }
     claimed_ = true;
     // SET_INTERFACE tells the probe that a new stream begins, and resets the endpoints on both sides.
     if (const int error = libusb_set_interface_alt_setting(handle_.get(), interface_.number, interface_.setting);
         error != 0)
-      return refuse("the probe's interface cannot be set: " + text_of(error));
+      return refuse("the probe's interface cannot be set: " + usb_error_text(error));
     for (std::size_t i = 0; i < kTransfersInFlight; ++i) {
       in_.push_back(std::make_unique<Transfer>(this));
       if (!start(*in_.back(), interface_.in, kTransferBytes, 0))
@@ -322,7 +322,8 @@ class LibusbTransport final : public UsbTransport {
     if (context_ == nullptr)
       if (Status initialised = init(); !initialised.ok()) return initialised;
     const ssize_t count = libusb_get_device_list(context_, &list);
-    if (count < 0) return {StatusCode::unavailable, "USB cannot be enumerated: " + text_of(static_cast<int>(count))};
+    if (count < 0)
+      return {StatusCode::unavailable, "USB cannot be enumerated: " + usb_error_text(static_cast<int>(count))};
     std::vector<std::pair<libusb_device*, Interface>> probes;
     for (ssize_t i = 0; i < count; ++i)
       if (const auto found = probe_interface(list[i])) probes.emplace_back(list[i], *found);
@@ -374,7 +375,7 @@ class LibusbTransport final : public UsbTransport {
 Result<std::vector<std::string>> probes_on_usb() {
   libusb_context* context = nullptr;
   if (const int error = libusb_init(&context); error != 0)
-    return Status(StatusCode::unavailable, "libusb cannot be initialised: " + text_of(error));
+    return Status(StatusCode::unavailable, "libusb cannot be initialised: " + usb_error_text(error));
   std::vector<std::string> serials;
   Status barred;
   libusb_device** list = nullptr;
@@ -389,7 +390,7 @@ Result<std::vector<std::string>> probes_on_usb() {
   if (count >= 0) libusb_free_device_list(list, 1);
   libusb_exit(context);
   if (count < 0)
-    return Status(StatusCode::unavailable, "USB cannot be enumerated: " + text_of(static_cast<int>(count)));
+    return Status(StatusCode::unavailable, "USB cannot be enumerated: " + usb_error_text(static_cast<int>(count)));
   if (serials.empty() && !barred.ok()) return barred;
   return serials;
 }
