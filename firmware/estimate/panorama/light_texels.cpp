@@ -115,8 +115,9 @@ bool LightTexels::cap_is_better(const Light& light, float radiance_per_unit, dou
   const float reach = std::min(rho + 2 * texel_rad, std::numbers::pi_v<float>);
   const float least = std::cos(reach);
   const float least_of_blocks = std::cos(std::min(reach + block_rad_, std::numbers::pi_v<float>));
-  // Wide lights are sampled: a dozen places across a texel are enough.
-  const int step = rho < texel_rad ? 1 : std::max(1, static_cast<int>(texel_rad / pixel_rad_ / 12));
+  // Half a dozen places across a texel are enough, but all pixels of a cap that is narrower than a texel.
+  const int step = std::max(1, static_cast<int>(texel_rad / pixel_rad_ / 6));
+  const float least_of_all = rho < texel_rad ? std::cos(rho + pixel_rad_) : 2;
   SquaredErrors of_cap, of_texels;
   ReadStatistics ignored;
   for (std::size_t block = 0; block < layout_.size(); ++block) {
@@ -124,13 +125,15 @@ bool LightTexels::cap_is_better(const Light& light, float radiance_per_unit, dou
     const BlockLayout::Place& p = layout_.place(block);
     if (!reader.has(p.lens)) continue;
     const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
-    for (int y = p.y; y < p.y + p.height; y += step) {
+    for (int y = p.y; y < p.y + p.height; ++y) {
       reader.read(p.lens, y, p.x, p.x + p.width, RowReader::Reading::radiance, row_, ignored);
-      for (int x = 0; x < p.width; x += step) {
+      for (int x = 0; x < p.width; ++x) {
         const std::size_t at = lens.index(p.x + x, y);
         const Vec3f d = lens.direction[at];
         const float cosine = dot(d, light.direction);
-        if (!(lens.solid_angle[at] > 0) || cosine < least) continue;
+        const bool each = cosine >= least_of_all, sampled = y % step == 0 && (p.x + x) % step == 0;
+        if (cosine < least || !(each || sampled) || !(lens.solid_angle[at] > 0)) continue;
+        const float sr = lens.solid_angle[at] * static_cast<float>(each ? 1 : step * step);
         const TexelCorners corners = corners_around(edge_, oct_encode(d));
         const float covered = std::clamp((cosine - outer) / (inner - outer), 0.0F, 1.0F);
         const std::array<float, 3> pixel = {row_.r[static_cast<std::size_t>(x)], row_.g[static_cast<std::size_t>(x)],
@@ -139,8 +142,8 @@ bool LightTexels::cap_is_better(const Light& light, float radiance_per_unit, dou
           const float texels = corners.bilinear([&](std::size_t k) { return with_[k].v[c]; });
           const float cap = corners.bilinear([&](std::size_t k) { return without_[k].v[c]; }) +
                             covered * radiance[static_cast<int>(c)];
-          of_texels.add(lens.solid_angle[at], pixel[c], texels);
-          of_cap.add(lens.solid_angle[at], pixel[c], cap);
+          of_texels.add(sr, pixel[c], texels);
+          of_cap.add(sr, pixel[c], cap);
         }
       }
     }
