@@ -118,14 +118,17 @@ bool LightTexels::cap_is_better(const Light& light, float radiance_per_unit, dou
   // Half a dozen places across a texel are enough, but all pixels of a cap that is narrower than a texel.
   const int step = std::max(1, static_cast<int>(texel_rad / pixel_rad_ / 6));
   const float least_of_all = rho < texel_rad ? std::cos(rho + pixel_rad_) : 2;
+  const float least_of_all_blocks = rho < texel_rad ? std::cos(rho + pixel_rad_ + block_rad_) : 2;
   SquaredErrors of_cap, of_texels;
   ReadStatistics ignored;
   for (std::size_t block = 0; block < layout_.size(); ++block) {
-    if (dot(cells_.direction(block), light.direction) < least_of_blocks) continue;
+    const float of_block = dot(cells_.direction(block), light.direction);
+    if (of_block < least_of_blocks) continue;
     const BlockLayout::Place& p = layout_.place(block);
     if (!reader.has(p.lens)) continue;
     const LensTable& lens = table_.lenses[static_cast<std::size_t>(p.lens)];
     for (int y = p.y; y < p.y + p.height; ++y) {
+      if (y % step != 0 && of_block < least_of_all_blocks) continue;
       reader.read(p.lens, y, p.x, p.x + p.width, RowReader::Reading::radiance, row_, ignored);
       for (int x = 0; x < p.width; ++x) {
         const std::size_t at = lens.index(p.x + x, y);
