@@ -186,7 +186,8 @@ def balls(lines):
     exact, rows = by_answer["exact_64"], []
     complete = len(exact) == PANORAMAS
     rows.append(equals("panoramas of the three balls", PANORAMAS, len(exact), "", real))
-    for answer, name in (("map_64", "map of 64x64 and lights"), ("map_64_alone", "map of 64x64 alone, max_lights 0")):
+    for answer, name in (("map_64", "map of 64x64 and lights"), ("map_64_caps", "map of 64x64, all lights as caps"),
+                         ("map_64_alone", "map of 64x64 alone, max_lights 0")):
         ours = by_answer[answer]
         for key, protocol in PROTOCOLS.items():
             ratios = [ours[s][key] / exact[s][key] for s in exact] if complete and len(ours) == PANORAMAS else []

@@ -28,15 +28,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#if defined(_WIN32) && defined(LW_BUILDS_LIBRARY)
-#define LW_API __declspec(dllexport)
-#elif defined(_WIN32)
-#define LW_API __declspec(dllimport)
-#elif defined(__GNUC__)
-#define LW_API __attribute__((visibility("default")))
-#else
-#define LW_API
-#endif
+#include <lightwell/export.h>
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,10 +1,8 @@
 // lightwell/host_names.hpp, pipe_signal.hpp and socket_wait.hpp by POSIX and Linux's eventfd.
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
-#include <memory>
 #include <netdb.h>
 #include <poll.h>
 #include <pthread.h>
@@ -14,27 +12,16 @@
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 
-#include <lightwell/deleter.hpp>
 #include <lightwell/host_names.hpp>
 #include <lightwell/pipe_signal.hpp>
 #include <lightwell/socket_wait.hpp>
 
+#include "sockets.hpp"
+
 namespace lightwell {
 
 std::vector<std::string> numeric_addresses(const std::string& host, HostForm form) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = form == HostForm::numeric ? AI_NUMERICHOST : AI_ADDRCONFIG;
-  addrinfo* first = nullptr;
-  if (::getaddrinfo(host.c_str(), nullptr, &hints, &first) != 0) return {};
-  const std::unique_ptr<addrinfo, Deleter<::freeaddrinfo>> found(first);
-  std::vector<std::string> out;
-  for (const addrinfo* a = first; a != nullptr; a = a->ai_next) {
-    std::array<char, NI_MAXHOST> numeric{};
-    if (::getnameinfo(a->ai_addr, a->ai_addrlen, numeric.data(), numeric.size(), nullptr, 0, NI_NUMERICHOST) == 0)
-      out.emplace_back(numeric.data());
-  }
-  return out;
+  return platform::resolved(host, form);
 }
 
 std::string host_name() {
@@ -72,9 +59,7 @@ SocketEvents SocketWait::wait(int socket, SocketEvents wanted, Duration timeout)
   // poll() ignores negative descriptors.
   const short events = static_cast<short>(POLLIN | (wanted.writable ? POLLOUT : 0));
   std::array<pollfd, 2> fds{{{static_cast<int>(wake_), POLLIN, 0}, {socket, events, 0}}};
-  constexpr std::int64_t kMillisecond = 1'000'000, kMaxMs = 1'000'000;
-  const std::int64_t ms = timeout.ns <= 0 ? 0 : std::min(timeout.ns / kMillisecond + 1, kMaxMs);
-  ::poll(fds.data(), fds.size(), static_cast<int>(ms));
+  ::poll(fds.data(), fds.size(), platform::poll_ms(timeout));
   eventfd_t ignored = 0;
   if ((fds[0].revents & POLLIN) != 0) (void)::eventfd_read(static_cast<int>(wake_), &ignored);
   const short got = fds[1].revents;

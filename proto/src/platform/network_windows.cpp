@@ -1,7 +1,5 @@
 // lightwell/host_names.hpp, pipe_signal.hpp and socket_wait.hpp by Winsock.
-#include <algorithm>
 #include <array>
-#include <memory>
 
 // winsock2.h comes before every other header of Windows.
 // clang-format off
@@ -11,10 +9,11 @@
 #include <netioapi.h>
 // clang-format on
 
-#include <lightwell/deleter.hpp>
 #include <lightwell/host_names.hpp>
 #include <lightwell/pipe_signal.hpp>
 #include <lightwell/socket_wait.hpp>
+
+#include "sockets.hpp"
 
 namespace lightwell {
 namespace {
@@ -52,20 +51,7 @@ SOCKET socket_of(std::intptr_t number) { return static_cast<SOCKET>(number); }
 
 std::vector<std::string> numeric_addresses(const std::string& host, HostForm form) {
   start_winsock();
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = form == HostForm::numeric ? AI_NUMERICHOST : AI_ADDRCONFIG;
-  addrinfo* first = nullptr;
-  if (::getaddrinfo(host.c_str(), nullptr, &hints, &first) != 0) return {};
-  const std::unique_ptr<addrinfo, Deleter<::freeaddrinfo>> found(first);
-  std::vector<std::string> out;
-  for (const addrinfo* a = first; a != nullptr; a = a->ai_next) {
-    std::array<char, NI_MAXHOST> numeric{};
-    if (::getnameinfo(a->ai_addr, static_cast<socklen_t>(a->ai_addrlen), numeric.data(),
-                      static_cast<DWORD>(numeric.size()), nullptr, 0, NI_NUMERICHOST) == 0)
-      out.emplace_back(numeric.data());
-  }
-  return out;
+  return platform::resolved(host, form);
 }
 
 std::string host_name() {
@@ -93,9 +79,7 @@ SocketWait::~SocketWait() {
 SocketEvents SocketWait::wait(int socket, SocketEvents wanted, Duration timeout) {
   const short events = static_cast<short>(POLLRDNORM | (wanted.writable ? POLLWRNORM : 0));
   std::array<WSAPOLLFD, 2> fds{{{socket_of(wake_), POLLRDNORM, 0}, {static_cast<SOCKET>(socket), events, 0}}};
-  constexpr std::int64_t kMillisecond = 1'000'000, kMaxMs = 1'000'000;
-  const std::int64_t ms = timeout.ns <= 0 ? 0 : std::min(timeout.ns / kMillisecond + 1, kMaxMs);
-  ::WSAPoll(fds.data(), socket < 0 ? 1 : 2, static_cast<int>(ms));
+  ::WSAPoll(fds.data(), socket < 0 ? 1 : 2, platform::poll_ms(timeout));
   std::array<char, 16> ignored{};
   if ((fds[0].revents & POLLRDNORM) != 0)
     while (::recv(socket_of(wake_), ignored.data(), static_cast<int>(ignored.size()), 0) > 0) {

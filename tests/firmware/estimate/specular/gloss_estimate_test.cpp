@@ -13,62 +13,12 @@
 
 #include <gtest/gtest.h>
 
-#include "reference/glossy_plane.hpp"
-#include "reference/glossy_sequence.hpp"
+#include "gloss_scenes.hpp"
 
 namespace lightwell::specular {
 namespace {
 
 namespace ref = reference;
-
-constexpr double kAlpha = 0.1;
-const ref::V3 kLamp{std::sqrt(0.5), 0, std::sqrt(0.5)};
-
-/// Texels of albedo 0.03 to 0.8 under an irradiance, plus a part that is specular.
-TexelImage texels(double irradiance, float common = 0) {
-  TexelImage out;
-  for (int k = 0; k < 1024; ++k) {
-    const double albedo = k % 4 == 0 ? 0.8 : k % 4 == 1 ? 0.03 : 0.03 + 0.77 * k / 1024;
-    const auto value = static_cast<float>(albedo / std::numbers::pi * irradiance) + common;
-    out.push_back({value, value, value, 0});
-  }
-  return out;
-}
-
-/// Every direction above 5 degrees is seen, with a specular part of this radiance.
-Lumisphere lumisphere_of(float radiance) {
-  Lumisphere out(60);
-  for (std::size_t node = 0; node < out.value.size(); ++node) {
-    if (out.grid.direction(node).z < 0.09) continue;
-    out.value[node] = {radiance, radiance, radiance};
-    out.weight[node] = 100, out.sigma[node] = 0.001F;
-  }
-  return out;
-}
-
-/// The reflection of a lamp on uniform radiance, less its least value.
-struct LampScene {
-  explicit LampScene(double alpha = kAlpha, double radius_rad = 0.1, double radiance = 20) {
-    const ref::Panorama env =
-        ref::lamps_on_gradient(256, 128, {0.3, 0.3, 0.3}, {0.3, 0.3, 0.3},
-                               {{ref::world_from_plane(kLamp), radius_rad, {radiance, radiance, radiance}}});
-    irradiance = ref::luminance(ref::plane_irradiance(env));
-    const ref::SpecularTable table(env, ref::Gloss{alpha});
-    common = std::numeric_limits<float>::infinity();
-    for (std::size_t node = 0; node < lumisphere.value.size(); ++node) {
-      const Vec3d d = lumisphere.grid.direction(node);
-      if (!(lumisphere.weight[node] > 0)) continue;
-      const auto s = static_cast<float>(table.radiance({d.x, d.y, d.z})[1]);
-      lumisphere.value[node] = {s, s, s};
-      common = std::min(common, s);
-    }
-    for (std::size_t node = 0; node < lumisphere.value.size(); ++node)
-      if (lumisphere.weight[node] > 0) lumisphere.value[node] += Radiance{-common, -common, -common};
-  }
-  Lumisphere lumisphere = lumisphere_of(0);
-  double irradiance = 0;
-  float common = 0;
-};
 
 double total(const GlossEstimate& estimate) { return double{plane_irradiance(estimate.environment).luminance()}; }
 
@@ -264,157 +214,6 @@ TEST(GlossEstimator, SaturatedLightIsRecoveredFromTheTexture) {
   EXPECT_NEAR(total(*e), scene.irradiance, 1e-3 * scene.irradiance);
 }
 
-/// Continues until the end, in steps of this size. Returns the operations of each step.
-std::vector<std::size_t> finish_in_steps(GlossEstimator& estimator, std::size_t operations) {
-  std::vector<std::size_t> out;
-  while (estimator.running()) out.push_back(estimator.step(operations));
-  return out;
-}
-
-void expect_equal(const GlossEstimate& a, const GlossEstimate& b) {
-  EXPECT_EQ(a.environment.radiance, b.environment.radiance);
-  EXPECT_EQ(a.environment.confidence, b.environment.confidence);
-  EXPECT_EQ(a.environment.lower_bound, b.environment.lower_bound);
-  EXPECT_EQ(a.glossy, b.glossy);
-  EXPECT_EQ(a.common, b.common);
-  EXPECT_EQ(a.plane, b.plane);
-  EXPECT_EQ((std::array{a.alpha, a.seen, a.saturated, a.recovered, a.scale_sigma, a.guessed, a.misfit}),
-            (std::array{b.alpha, b.seen, b.saturated, b.recovered, b.scale_sigma, b.guessed, b.misfit}));
-}
-
-class GlossEstimatorSteps : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    scene_ = std::make_unique<LampScene>();
-    half_ = std::make_unique<Lumisphere>(scene_->lumisphere);
-    for (std::size_t node = 0; node < half_->value.size(); ++node)
-      if (half_->grid.direction(node).x < 0) half_->weight[node] = 0;
-    diffuse_ = texels(scene_->irradiance, scene_->common);
-  }
-  static void TearDownTestSuite() { scene_.reset(), half_.reset(), diffuse_.clear(); }
-
-  static inline std::unique_ptr<LampScene> scene_;
-  static inline std::unique_ptr<Lumisphere> half_;  ///< The same, of which only one half was seen.
-  static inline TexelImage diffuse_;
-};
-
-TEST_F(GlossEstimatorSteps, OfAnySizeGiveTheSame) {
-  struct Case {
-    const Lumisphere* input;
-    RoughnessMode mode;
-  };
-  const Case cases[] = {{half_.get(), RoughnessMode::track},
-                        {half_.get(), RoughnessMode::search},
-                        {&scene_->lumisphere, RoughnessMode::track}};
-  GlossEstimator whole;
-  std::vector<GlossEstimate> expected;
-  for (const Case& c : cases) {
-    whole.begin(*c.input, diffuse_, {}, c.mode);
-    whole.step(WorkBudget::kUnlimited);
-    ASSERT_FALSE(whole.running());
-    ASSERT_TRUE(whole.last() != nullptr && whole.last()->glossy);
-    expected.push_back(*whole.last());
-  }
-  EXPECT_NE(expected[0].environment.radiance, expected[1].environment.radiance);
-  EXPECT_NE(expected[1].environment.radiance, expected[2].environment.radiance);
-  std::vector<std::size_t> total(expected.size());
-  for (const std::size_t operations : {std::size_t{1}, std::size_t{777'777}, std::size_t{20'000'000}}) {
-    GlossEstimator steps;
-    for (std::size_t k = 0; k < expected.size(); ++k) {
-      steps.begin(*cases[k].input, diffuse_, {}, cases[k].mode);
-      const std::vector<std::size_t> spent = finish_in_steps(steps, operations);
-      EXPECT_GT(spent.size(), 2U);
-      ASSERT_NE(steps.last(), nullptr);
-      expect_equal(*steps.last(), expected[k]);
-      const std::size_t sum = std::accumulate(spent.begin(), spent.end(), std::size_t{0});
-      if (operations == 1)
-        total[k] = sum;
-      else
-        EXPECT_EQ(sum, total[k]) << "the work is divided, not repeated";
-    }
-  }
-  EXPECT_LT(3 * total[0], total[1]) << "one roughness instead of seven";
-}
-
-TEST_F(GlossEstimatorSteps, AreBounded) {
-  GlossEstimator estimator;
-  EXPECT_EQ(estimator.step(1'000'000), 0U) << "there is nothing to do";
-  // A row of the operator is computed as a whole: 313 coarse cells and at most a third of the 7,321 fine ones with up
-  // to 16 azimuths, ten operations each, would be four times this; grazing directions, which have 16, have fewer cells.
-  constexpr std::size_t kRow = 200'000;
-  for (const std::size_t operations : {std::size_t{1}, GlossEstimator::kMaxPart, std::size_t{5'000'000}}) {
-    estimator.begin(*half_, diffuse_, {}, RoughnessMode::search);
-    const std::vector<std::size_t> spent = finish_in_steps(estimator, operations);
-    EXPECT_GT(spent.size(), 10U);
-    EXPECT_LE(*std::ranges::max_element(spent), std::max(operations, GlossEstimator::kMaxPart) + kRow);
-    EXPECT_GT(*std::ranges::min_element(spent), 0U) << "every step makes progress";
-  }
-}
-
-// The limit of a part holds at any roughness: the operator has most coefficients where the grid is finest and the
-// lobe widest.
-TEST(GlossSolver, PartsOfAnyRoughnessAreBounded) {
-  const LampScene scene;
-  GlossInput input{scene.lumisphere, *diffuse_range(texels(scene.irradiance, scene.common)), {}};
-  for (const double alpha : {RoughnessSearch::kMinAlpha, 0.03, 0.0404, 0.05, 0.1, RoughnessSearch::kMaxAlpha}) {
-    GlossSolver solver;
-    solver.begin(input, alpha, 2);
-    bool done = false;
-    std::size_t largest = 0;
-    while (!done) {
-      WorkBudget one_part(1);
-      done = solver.step(one_part);
-      largest = std::max(largest, one_part.spent());
-    }
-    EXPECT_LE(largest, GlossEstimator::kMaxPart) << alpha;
-    EXPECT_GT(largest, GlossEstimator::kMaxPart / 10) << alpha;
-  }
-}
-
-TEST_F(GlossEstimatorSteps, WhatIsCapturedMeanwhileDoesNotMix) {
-  GlossEstimator estimator, other;
-  const GlossEstimate expected = *other.estimate(*half_, diffuse_, {});
-  Lumisphere captured = *half_;
-  TexelImage diffuse = diffuse_;
-  estimator.begin(captured, diffuse, {}, RoughnessMode::search);
-  for (int k = 0; estimator.running(); ++k) {
-    // Frames change everything, after some steps to values that no estimate survives.
-    captured = k < 3 ? scene_->lumisphere : Lumisphere(2);
-    for (Radiance& r : captured.value) r = {std::nanf(""), 1, 1};
-    diffuse.assign(k < 3 ? diffuse.size() : 1, TexelRadiance{std::nanf(""), 0, 0, 0});
-    estimator.step(5'000'000);
-  }
-  ASSERT_NE(estimator.last(), nullptr);
-  expect_equal(*estimator.last(), expected);
-}
-
-TEST_F(GlossEstimatorSteps, TheLastEstimateIsValidWhileAnotherRuns) {
-  GlossEstimator estimator;
-  const GlossEstimate first = *estimator.estimate(*half_, diffuse_, {});
-  estimator.begin(scene_->lumisphere, diffuse_, {}, RoughnessMode::track);
-  int steps = 0;
-  for (; estimator.running(); ++steps) {
-    ASSERT_NE(estimator.last(), nullptr);
-    expect_equal(*estimator.last(), first);
-    estimator.step(20'000'000);
-  }
-  EXPECT_GT(steps, 2);
-  EXPECT_NE(estimator.last()->environment.radiance, first.environment.radiance);
-  // An unfinished estimate is replaced.
-  GlossEstimator replaced;
-  replaced.begin(scene_->lumisphere, diffuse_, {}, RoughnessMode::track);
-  replaced.step(1);
-  ASSERT_TRUE(replaced.running());
-  EXPECT_EQ(replaced.last(), nullptr);
-  expect_equal(*replaced.estimate(*half_, diffuse_, {}), first);
-  // So is a glossy one by a matte one, in no step.
-  replaced.begin(scene_->lumisphere, diffuse_, {}, RoughnessMode::track);
-  ASSERT_TRUE(replaced.running());
-  replaced.begin(lumisphere_of(0), diffuse_, {}, RoughnessMode::track);
-  EXPECT_FALSE(replaced.running());
-  EXPECT_FALSE(replaced.last()->glossy);
-}
-
 TEST(GlossEstimator, TracksTheRoughness) {
   const LampScene smooth(kAlpha / 2), rough(kAlpha);
   const TexelImage diffuse = texels(smooth.irradiance, smooth.common);
@@ -451,32 +250,6 @@ TEST(GlossEstimator, TracksTheRoughness) {
   EXPECT_LT(std::abs(std::log(tracking.last()->alpha / found)), 0.11);
   GlossEstimator other;
   EXPECT_GT(other.estimate(rough.lumisphere, diffuse, {})->alpha, 1.3 * found);
-}
-
-/// Evaluations until the search is done, for a misfit that reaches the expected one at `truth`.
-int evaluations(RoughnessSearch search, double truth) {
-  int out = 0;
-  for (; !search.done() && out < 100; ++out) {
-    EXPECT_GE(search.alpha(), RoughnessSearch::kMinAlpha * 0.999);
-    EXPECT_LE(search.alpha(), RoughnessSearch::kMaxAlpha * 1.001);
-    search.add(search.alpha() / truth);
-  }
-  EXPECT_TRUE(search.done());
-  // The middle of its cell, or of the first or last one where it is outside of the range.
-  const double width = std::log(RoughnessSearch::kMaxAlpha / RoughnessSearch::kMinAlpha) / RoughnessSearch::kCells;
-  const double inside = std::clamp(truth, RoughnessSearch::kMinAlpha, RoughnessSearch::kMaxAlpha);
-  EXPECT_LE(std::abs(std::log(search.alpha() / inside)), 0.501 * width) << truth;
-  return out;
-}
-
-TEST(RoughnessSearch, FindsTheRootFromAnyStart) {
-  for (const double truth : {0.001, 0.0201, 0.0213, 0.03, 0.1001, 0.25, 0.487, 0.499, 3.0}) {
-    EXPECT_EQ(evaluations(RoughnessSearch(), truth), 6);
-    for (const double start : {0.001, 0.02, 0.0205, 0.05, 0.1, 0.2, 0.49, 0.5, 1.0})
-      // Out and back, at most twice the logarithm of 64 cells.
-      EXPECT_LE(evaluations(RoughnessSearch(start), truth), 12) << start << " to " << truth;
-    EXPECT_LE(evaluations(RoughnessSearch(std::clamp(truth, 0.02, 0.5)), truth), 2);
-  }
 }
 
 }  // namespace

@@ -14,8 +14,8 @@ internal static class PrintLight
             var up = light.Irradiance(new Vec3(0, 1, 0));
             Console.WriteLine("{0}: irradiance from above {1:F3} {2:F3} {3:F3}, error at most {4:P1}", up.Validity,
                               up.Value.R, up.Value.G, up.Value.B, up.ErrorBound);
-            foreach (var lamp in light.Descriptor.Lights)
-                Console.WriteLine("light {0:F3} {1:F3} {2:F3}", lamp.Direction.X, lamp.Direction.Y, lamp.Direction.Z);
+            foreach (var one in light.Descriptor.Lights)
+                Console.WriteLine("light {0:F3} {1:F3} {2:F3}", one.Direction.X, one.Direction.Y, one.Direction.Z);
         }
     }
 }
