@@ -1,4 +1,4 @@
-# Part of the toolchain files windows-toolchain.cmake and musl-toolchain.cmake: the sysroot that cmake/sysroot_sdk made.
+# Part of the toolchain files windows-toolchain.cmake and zig_toolchain.cmake: the sysroot that cmake/sysroot_sdk made.
 if(NOT "$ENV{LIGHTWELL_SYSROOT_SDK}" STREQUAL "")
   set(LIGHTWELL_SDK_SYSROOT "$ENV{LIGHTWELL_SYSROOT_SDK}")
 else()

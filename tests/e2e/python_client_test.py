@@ -92,7 +92,11 @@ class PythonClient(unittest.TestCase):
 
             info = probe.info()
             self.assertEqual((info.name, info.version), ("lightwell", lightwell.__version__))
-            self.assertGreater(info.frames, 0)
+            # The probe's counters reach the client about every second.
+            end = time.monotonic() + TIMEOUT_S
+            while probe.info().frames == 0 and time.monotonic() < end:
+                time.sleep(0.05)
+            self.assertGreater(probe.info().frames, 0)
             # Both use the same clock, so the offset must be within its uncertainty.
             self.assertLessEqual(abs(info.clock_offset_ns), info.clock_uncertainty_ns + 1_000_000)
 

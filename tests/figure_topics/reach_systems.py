@@ -1,4 +1,4 @@
-"""Rows of topic reach: the SDK built for other systems (presets windows and musl).
+"""Rows of topic reach: the SDK built for other systems (presets windows, musl and manylinux).
 
 The builds and their tests are those of tests/run. A row of a system whose sysroot cannot be had (cmake/sysroot_sdk)
 is not measured.
@@ -15,7 +15,8 @@ from figure_topics.tests import BUILD, ROOT, run_test
 NATIVE_TARGETS = ["make_answers", "lightwelld", "lightwell_cli"]
 TARGETS = ["lightwell_c", "c_answers_test", "c_mutants_test", "c_cube_map_test", "codec_test", "print_light"]
 
-SYSTEMS = {"windows": ("Windows", "mingw-w64, Wine 8"), "musl": ("Linux with musl", "zig, musl's loader")}
+SYSTEMS = {"windows": ("Windows", "mingw-w64, Wine 8"), "musl": ("Linux with musl", "zig, musl's loader"),
+           "manylinux": ("Linux with glibc 2.28", "zig; this machine's glibc")}
 # What a row asks, and the tests that check it.
 TESTS = [("answers of 7,560 damaged descriptors and 6,120 damaged planes are those of Linux with glibc",
           ["c_mutants_test"]),
@@ -100,6 +101,16 @@ def glibc_rows(say):
             needed_row(system, path, real)]
 
 
+def wheel_rows(folder, say):
+    say("python_wheel_test")
+    passed = run_test("python_wheel_test", build=folder)["passed"] if folder else None
+    real = "preset manylinux, pip, auditwheel, NumPy of PyPI; real lightwelld, simulated camera"
+    return [equals(f"Python wheel: {what}", 1, passed, "", real) for what in (
+        "auditwheel finds it runs on manylinux_2_28; NumPy is all that pip installs with it",
+        "answers, golden vectors and damaged messages are those of C++",
+        "pip install into an empty environment, eight lines print the light")]
+
+
 def measure(say):
     native = succeeds("cmake", "--build", "--preset", "dev", "--target", *NATIVE_TARGETS)
     native = native and run_test("host_sdk_answers")["passed"] == 1
@@ -115,7 +126,8 @@ def measure(say):
         name = f"{system}: a C++ program of {lines_of_example()} lines prints the light, by ws:// and wss://"
         rows.append(equals(name, 1, passed, "", f"{tools}; real lightwelld, simulated camera"))
         rows += size_rows(system, folder, f"{tools}; protobuf, OpenSSL and libwebsockets inside")
-    return rows + glibc_rows(say)
+    # The folder is now that of manylinux.
+    return rows + wheel_rows(folder, say) + glibc_rows(say)
 
 
 def lines_of_example():

@@ -1,14 +1,15 @@
 // Age of descriptors when latest() returns them, for clients of a running lightwelld on this machine, some of which
 // never read. One JSON object per line for tests/figures: p50, p99, largest (ms, over all reading clients, from
 // encoding to latest()), received, gaps, and the probe's counters over the same time: frames, captures_dropped,
-// coalesced.
-//   measure_latency URI [--clients N] [--stalled N] [--seconds S] [--repeats N]
+// coalesced. Several URIs of one lightwelld are measured at the same time, with the same frames: a line for each.
+//   measure_latency URI... [--clients N] [--stalled N] [--seconds S] [--repeats N]
 #include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <unistd.h>
@@ -94,42 +95,18 @@ class StalledStream final : public Stalled {
   std::unique_ptr<grpc::ClientReader<v1::LightingDescriptor>> stream_;
 };
 
-/// Data recorded by one client's reader thread.
+/// A client, and what its reader thread recorded.
 struct Client {
   std::mutex mutex;
   std::vector<double> latency_ms;
+  std::optional<Probe> probe;
 };
 
-/// The probe's counters, which the SDK requests about once a second.
-Counters settled_counters(const Probe& probe) {
-  std::this_thread::sleep_for(std::chrono::milliseconds(1300));
-  return probe.info().counters;
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
-  int clients = 1, stalled = 0, repeats = 1;
-  double seconds = 5;
-  std::string uri;
-  CLI::App app{"Age of descriptors when latest() returns them, for clients of a running lightwelld on this machine.",
-               "measure_latency"};
-  app.add_option("URI", uri, "grpc://HOST:PORT or ws://127.0.0.1:PORT")->required();
-  app.add_option("--clients", clients, "Number of clients that read [1]")->check(CLI::PositiveNumber);
-  app.add_option("--stalled", stalled, "Number of clients that never read [0]")->check(CLI::NonNegativeNumber);
-  app.add_option("--seconds", seconds, "Duration of a measurement [5]")->check(CLI::PositiveNumber);
-  app.add_option("--repeats", repeats, "Number of measurements [1]")->check(CLI::PositiveNumber);
-  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
-  const bool web = uri.starts_with("ws://127.0.0.1:");
-  if (!uri.starts_with("grpc://") && !web)
-    return wrong_usage(app, "'" + uri + "' is not grpc://HOST:PORT or ws://127.0.0.1:PORT");
-  const double memcpy_gb_per_s = bench::memcpy_speed(4 << 20).gigabytes_per_s;
-
-  std::atomic<bool> counting{false};
-  std::vector<std::unique_ptr<Client>> notes;
-  std::vector<Probe> probes;
-  for (int i = 0; i < clients; ++i) {
-    Client* mine = notes.emplace_back(std::make_unique<Client>()).get();
+/// Connects clients to a URI. They record while `counting`.
+std::vector<std::unique_ptr<Client>> connect(const std::string& uri, int count, const std::atomic<bool>& counting) {
+  std::vector<std::unique_ptr<Client>> clients;
+  for (int i = 0; i < count; ++i) {
+    Client* mine = clients.emplace_back(std::make_unique<Client>()).get();
     mine->latency_ms.reserve(100'000);
     ProbeOptions options;
     options.connect_timeout = Duration::from_seconds(20);
@@ -142,43 +119,90 @@ int main(int argc, char** argv) {
     };
     Result<Probe> probe = Probe::connect(uri, options);
     if (!probe) fail(probe.status().message());
-    probes.push_back(std::move(*probe));
+    mine->probe.emplace(std::move(*probe));
   }
+  return clients;
+}
+
+/// What they recorded since the last call.
+std::vector<double> recorded(const std::vector<std::unique_ptr<Client>>& clients) {
+  std::vector<double> all;
+  for (const auto& client : clients) {
+    const std::lock_guard lock(client->mutex);
+    all.insert(all.end(), client->latency_ms.begin(), client->latency_ms.end());
+    client->latency_ms.clear();
+  }
+  return all;
+}
+
+std::uint64_t gaps_of(const std::vector<std::unique_ptr<Client>>& clients) {
+  std::uint64_t gaps = 0;
+  for (const auto& client : clients) gaps += client->probe->stats().gaps;
+  return gaps;
+}
+
+/// The probe's counters, which the SDK requests about once a second.
+Counters settled_counters(const Probe& probe) {
+  std::this_thread::sleep_for(std::chrono::milliseconds(1300));
+  return probe.info().counters;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int clients = 1, stalled = 0, repeats = 1;
+  double seconds = 5;
+  std::vector<std::string> uris;
+  CLI::App app{"Age of descriptors when latest() returns them, for clients of a running lightwelld on this machine.",
+               "measure_latency"};
+  app.add_option("URI", uris, "grpc://HOST:PORT or ws://127.0.0.1:PORT; several: of one lightwelld")->required();
+  app.add_option("--clients", clients, "Number of clients of each URI that read [1]")->check(CLI::PositiveNumber);
+  app.add_option("--stalled", stalled, "Number of clients of the first URI that never read [0]")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--seconds", seconds, "Duration of a measurement [5]")->check(CLI::PositiveNumber);
+  app.add_option("--repeats", repeats, "Number of measurements [1]")->check(CLI::PositiveNumber);
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  for (const std::string& uri : uris)
+    if (!uri.starts_with("grpc://") && !uri.starts_with("ws://127.0.0.1:"))
+      return wrong_usage(app, "'" + uri + "' is not grpc://HOST:PORT or ws://127.0.0.1:PORT");
+  const double memcpy_gb_per_s = bench::memcpy_speed(4 << 20).gigabytes_per_s;
+
+  std::atomic<bool> counting{false};
+  std::vector<std::vector<std::unique_ptr<Client>>> of_uri;
+  for (const std::string& uri : uris) of_uri.push_back(connect(uri, clients, counting));
+  const Probe& first = *of_uri[0][0]->probe;
   std::vector<std::unique_ptr<Stalled>> rude;
   for (int i = 0; i < stalled; ++i) {
-    if (web)
-      rude.push_back(std::make_unique<StalledWebSocket>(std::stoi(uri.substr(uri.rfind(':') + 1))));
+    if (uris[0].starts_with("ws://"))
+      rude.push_back(std::make_unique<StalledWebSocket>(std::stoi(uris[0].substr(uris[0].rfind(':') + 1))));
     else
-      rude.push_back(std::make_unique<StalledStream>(uri.substr(std::strlen("grpc://"))));
+      rude.push_back(std::make_unique<StalledStream>(uris[0].substr(std::strlen("grpc://"))));
   }
   std::this_thread::sleep_for(std::chrono::seconds(2));
 
   for (int repeat = 0; repeat < repeats; ++repeat) {
-    const Counters before = settled_counters(probes[0]);
-    std::uint64_t gaps_before = 0, gaps = 0;
-    for (const Probe& p : probes) gaps_before += p.stats().gaps;
+    const Counters before = settled_counters(first);
+    std::vector<std::uint64_t> gaps_before;
+    for (const auto& group : of_uri) gaps_before.push_back(gaps_of(group));
     counting = true;
     std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
     counting = false;
-    const Counters after = settled_counters(probes[0]);
-    std::vector<double> all;
-    for (const auto& note : notes) {
-      const std::lock_guard lock(note->mutex);
-      all.insert(all.end(), note->latency_ms.begin(), note->latency_ms.end());
-      note->latency_ms.clear();
+    const Counters after = settled_counters(first);
+    for (std::size_t k = 0; k < uris.size(); ++k) {
+      std::vector<double> all = recorded(of_uri[k]);
+      const auto quantile = [&](double share) { return all.empty() ? 0 : upper_quantile(all, share); };
+      measure::print_line({{"figure", "latency." + std::to_string(clients) + "." + std::to_string(stalled)},
+                           {"uri", uris[k]},
+                           {"p50", quantile(0.5)},
+                           {"p99", quantile(0.99)},
+                           {"largest", quantile(1)},
+                           {"received", all.size()},
+                           {"gaps", gaps_of(of_uri[k]) - gaps_before[k]},
+                           {"frames", after.frames - before.frames},
+                           {"captures_dropped", after.captures_dropped - before.captures_dropped},
+                           {"coalesced", after.descriptors_coalesced - before.descriptors_coalesced},
+                           {"memcpy_gb_per_s", memcpy_gb_per_s}});
     }
-    for (const Probe& p : probes) gaps += p.stats().gaps;
-    const auto quantile = [&](double share) { return all.empty() ? 0 : upper_quantile(all, share); };
-    measure::print_line({{"figure", "latency." + std::to_string(clients) + "." + std::to_string(stalled)},
-                         {"p50", quantile(0.5)},
-                         {"p99", quantile(0.99)},
-                         {"largest", quantile(1)},
-                         {"received", all.size()},
-                         {"gaps", gaps - gaps_before},
-                         {"frames", after.frames - before.frames},
-                         {"captures_dropped", after.captures_dropped - before.captures_dropped},
-                         {"coalesced", after.descriptors_coalesced - before.descriptors_coalesced},
-                         {"memcpy_gb_per_s", memcpy_gb_per_s}});
   }
   return 0;
 }

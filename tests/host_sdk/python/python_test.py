@@ -237,7 +237,7 @@ class Errors(unittest.TestCase):
         with self.raises(Status.NOT_FOUND, "nowhere"):
             lightwell.connect("replay:/nowhere/ä")
         with self.raises(Status.UNAVAILABLE, "lightwelld"):
-            lightwell.connect("grpc://127.0.0.1:1", connect_timeout=0.2)
+            lightwell.connect("ws://127.0.0.1:1", connect_timeout=0.2)
         with self.raises(Status.INVALID_ARGUMENT, "history"):
             connect(history=5000)
         with self.raises(Status.INVALID_ARGUMENT, "max_age"):
@@ -246,6 +246,20 @@ class Errors(unittest.TestCase):
             lightwell.Lighting.decode(b"\x01\x02\x03")
         with self.assertRaises(TypeError):
             connect(patience=3)
+
+    def test_integers_that_c_cannot_hold_are_refused_as_they_are(self):
+        for history in (2**31, -2**31 - 1, 2**64 + 3):
+            with self.assertRaisesRegex(OverflowError, f"history is {history}; it is -2147483648 to 2147483647"):
+                connect(history=history)
+        light = lightwell.Lighting.decode(MESSAGES[0].payload)
+        with self.assertRaisesRegex(OverflowError, "signs"):
+            light.to_webxr(2**32)
+        self.assertEqual(light.to_webxr(np.int64(1)).validity, light.to_webxr(1).validity)
+        with connect() as probe:
+            with self.assertRaises(OverflowError):
+                probe.at(2**63)
+            with self.assertRaises(TypeError):
+                probe.at(1.5)
 
     def test_of_a_recording_that_cannot_be_told(self):
         with connect() as probe:
@@ -399,6 +413,38 @@ class Connection(unittest.TestCase):
             for thread in threads:
                 thread.join()
         self.assertEqual(wrong, [])
+
+
+class Headers(unittest.TestCase):
+    """What _declarations.py reads, and what it refuses to guess."""
+
+    def read(self, text):
+        from lightwell._declarations import Declarations
+        read = Declarations()
+        read.add(text)
+        return read
+
+    def test_structs_have_the_layout_of_c(self):
+        read = self.read("""#define LW_MANY 3 /* of; them { */
+            typedef struct lw_thing lw_thing;
+            enum { LW_A = 1, LW_B = 1 << 4 };
+            typedef int32_t lw_kind;
+            typedef struct lw_all { uint32_t size; lw_kind kind; float rgb[LW_MANY]; int64_t ns; const char* text; }
+            lw_all;
+            LW_API lw_kind lw_take(const lw_thing* thing, const lw_all* all, size_t count);""")
+        struct = read.structs["lw_all"]
+        offsets = [getattr(struct, name).offset for name in ("size", "kind", "rgb", "ns", "text")]
+        self.assertEqual((offsets, struct().size), ([0, 4, 8, 24, 32], 40))
+        self.assertEqual(read.constants, {"LW_MANY": 3, "LW_A": 1, "LW_B": 16})
+        self.assertEqual(len(read.functions["lw_take"][1]), 3)
+
+    def test_what_is_not_known_is_an_error(self):
+        for text in ("typedef union lw_u { int32_t a; } lw_u;", "LW_API int lw_f(void);",
+                     "LW_API int32_t lw_f(lw_x* x);", "enum { LW_A = OTHER };",
+                     "typedef struct lw_s { uint32_t size; int32_t (*call)(void); } lw_s;",
+                     "typedef struct lw_s { int32_t grid[2][3]; } lw_s;", "typedef struct lw_s { uint32_t size;"):
+            with self.assertRaises(ImportError, msg=text):
+                self.read(text)
 
 
 class Public(unittest.TestCase):

@@ -11,7 +11,7 @@
 Frames: right-handed, +X right, +Y up, -Z forward, metres. Colours: linear Rec. 709, D65.
 """
 
-from ._abi import ffi as _ffi, lib as _lib
+from ._abi import chars as _chars, lib as _lib
 from ._conventions import MainLight, OpenXrHarmonics, Residual, ShSigns, ThreeLights, UnityPipeline
 from ._lighting import Lighting
 from ._plane_objects import Mesh, PlaneLight, PlaneReflector, ShadowCaster
@@ -24,7 +24,7 @@ from ._values import (Answer, Calibration, CalibrationReport, Derivation, Enviro
                       EstimatorConfig, EstimatorKind, Flag, Lens, Light, LightingInfo, LinkState, LinkStats, ProbeInfo,
                       Recording, Setting, Smoothing, Status, Units, UnseenFill, Validity)
 
-__version__ = _ffi.string(_lib.lw_version()).decode()
+__version__ = _chars(_lib.lw_version())
 
 
 def connect(uri, **options):

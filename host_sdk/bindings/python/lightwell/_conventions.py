@@ -1,11 +1,12 @@
 """Conversions to other engines' lighting types. Fields are documented at the types of conventions.hpp."""
 
+import ctypes
 from enum import IntEnum
 from types import SimpleNamespace
 
 import numpy as np
 
-from ._abi import check, ffi, lib, take
+from ._abi import check, lib, take
 from ._values import Validity
 
 
@@ -52,7 +53,7 @@ class OpenXrHarmonics(IntEnum):
 
 
 def _value(field):
-    return np.array(list(field), np.float32) if isinstance(field, ffi.CData) else field
+    return np.array(list(field), np.float32) if isinstance(field, ctypes.Array) else field
 
 
 class Conversions:
@@ -67,11 +68,11 @@ class Conversions:
             matrix = np.asarray(color, np.float32)
             if matrix.shape != (3, 3):
                 raise ValueError(f"color: the shape is {matrix.shape}; it is (3, 3)")
-            options.color = matrix.reshape(9).tolist()
+            options.color[:] = matrix.reshape(9).tolist()
         options.residual = residual
         out = take(f"lw_{target}")
         check(getattr(lib, f"lw_lighting_to_{target}")(self._raw, *choices, options, out))
-        fields = {name: _value(getattr(out, name)) for name, _ in ffi.typeof(f"lw_{target}").fields if name != "size"}
+        fields = {name: _value(getattr(out, name)) for name, _ in out._fields_ if name != "size"}
         fields["validity"] = Validity(out.validity)
         fields["residual"] = None if out.residual < 0 else out.residual
         return SimpleNamespace(**fields)

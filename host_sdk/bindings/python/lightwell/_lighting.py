@@ -1,18 +1,15 @@
 """The lighting of one moment."""
 
+import ctypes
 from dataclasses import fields
 
 import numpy as np
 
-from ._abi import check, ffi, lib, take, text
+from ._abi import Handle, chars, check, lib, memory, take, text
 from ._conventions import Conversions
 from ._values import (Answer, Derivation, Environment, EnvironmentLevel, Flag, Light, LightingInfo, Units, Validity)
 
 _ENUMS = {"validity": Validity, "units": Units, "flags": Flag, "derivation": Derivation}
-
-
-def _floats(array):
-    return ffi.from_buffer("float[]", array)
 
 
 def _directions(given, what):
@@ -45,15 +42,13 @@ class Lighting(Conversions):
     """
 
     def __init__(self):
-        out = ffi.new("lw_lighting **")
-        check(lib.lw_lighting_create(out))
-        self._raw = ffi.gc(out[0], lib.lw_lighting_release)
+        self._raw = Handle(lib.lw_lighting_create, lib.lw_lighting_release)
 
     @classmethod
     def decode(cls, message, age_ns=0):
         """Decodes the bytes of a LightingDescriptor that was received without a Probe. Stale above 250 ms."""
         out = cls()
-        check(lib.lw_lighting_decode(ffi.from_buffer(message), len(message), age_ns, out._raw))
+        check(lib.lw_lighting_decode(memory(message), len(message), age_ns, out._raw))
         return out
 
     def copy(self):
@@ -68,7 +63,7 @@ class Lighting(Conversions):
         if q.shape != (4,):
             raise ValueError(f"quaternion: the shape is {q.shape}; it is (4,): x, y, z, w")
         out = Lighting()
-        check(lib.lw_lighting_rotated(self._raw, ffi.from_buffer("double[]", q), out._raw))
+        check(lib.lw_lighting_rotated(self._raw, memory(q), out._raw))
         return out
 
     def in_world(self, position, quaternion):
@@ -79,8 +74,7 @@ class Lighting(Conversions):
         if p.shape != (3,) or q.shape != (4,):
             raise ValueError(f"position, quaternion: the shapes are {p.shape} and {q.shape}; they are (3,) and (4,)")
         out = Lighting()
-        check(lib.lw_lighting_in_world(self._raw, ffi.from_buffer("double[]", p), ffi.from_buffer("double[]", q),
-                                       out._raw))
+        check(lib.lw_lighting_in_world(self._raw, memory(p), memory(q), out._raw))
         return out
 
     def info(self):
@@ -101,7 +95,7 @@ class Lighting(Conversions):
     @property
     def reason(self):
         """Why it is not valid, with numbers; empty if it is."""
-        return text(lambda memory, capacity, length: lib.lw_lighting_reason(self._raw, memory, capacity, length))
+        return text(lambda *buffer: lib.lw_lighting_reason(self._raw, *buffer))
 
     def irradiance(self, normals):
         """Irradiance (Answer) of flat receivers that face `normals`, (3,) or (..., 3). Not divided by pi, not
@@ -117,9 +111,9 @@ class Lighting(Conversions):
         """The Answer of a function of the C ABI to many questions; `more`: its arguments after their number."""
         values = np.empty_like(questions)
         about = take("lw_answer")
-        check(batch(self._raw, _floats(questions), 0, questions.size // 3, *more, _floats(values), 0, about))
-        reason = ffi.string(about.reason).decode()
-        return record(Answer, about, value=values, reason=reason, lights_included=about.lights_included != 0)
+        check(batch(self._raw, memory(questions), 0, questions.size // 3, *more, memory(values), 0, about))
+        return record(Answer, about, value=values, reason=chars(about.reason),
+                      lights_included=about.lights_included != 0)
 
     def radiance_coefficients(self, max_band=None):
         """Spherical harmonics of the radiance without the lights, float32 ((band + 1)², 3): real, orthonormal, no
@@ -132,22 +126,23 @@ class Lighting(Conversions):
         return self._coefficients(lib.LW_IRRADIANCE, max_band)
 
     def _coefficients(self, quantity, max_band):
-        band = ffi.new("int32_t *")
+        band = ctypes.c_int32()
         if max_band is None:
             one = np.empty(3, np.float32)
-            check(lib.lw_lighting_harmonics(self._raw, quantity, 0, _floats(one), band))
-            max_band = band[0]
+            check(lib.lw_lighting_harmonics(self._raw, quantity, 0, memory(one), ctypes.byref(band)))
+            max_band = band.value
         if not 0 <= max_band <= lib.LW_MAX_BAND:
             raise ValueError(f"max_band is {max_band}; it is 0 to {lib.LW_MAX_BAND}")
         out = np.empty(((max_band + 1) ** 2, 3), np.float32)
-        check(lib.lw_lighting_harmonics(self._raw, quantity, max_band, _floats(out), band))
+        check(lib.lw_lighting_harmonics(self._raw, quantity, max_band, memory(out), ctypes.byref(band)))
         return out
 
     def lights(self):
         """A list of Light, strongest first."""
-        count = ffi.new("size_t *")
-        lights = ffi.new("lw_light[]", lib.LW_MAX_LIGHTS)
-        check(lib.lw_lighting_lights(self._raw, lights, ffi.sizeof("lw_light"), lib.LW_MAX_LIGHTS, count))
+        count = ctypes.c_size_t()
+        lights = (lib.structs["lw_light"] * lib.LW_MAX_LIGHTS)()
+        check(lib.lw_lighting_lights(self._raw, lights, ctypes.sizeof(lights._type_), lib.LW_MAX_LIGHTS,
+                                     ctypes.byref(count)))
 
         def triple(values):
             return np.array(list(values), np.float32)
@@ -156,7 +151,7 @@ class Lighting(Conversions):
             return (l.distance, l.distance_sigma, triple(l.position)) if l.distance > 0 else ()
 
         return [Light(triple(l.direction), triple(l.irradiance), l.angular_radius, triple(l.direction_covariance),
-                      l.track, *place(l)) for l in lights[0:count[0]]]
+                      l.track, *place(l)) for l in lights[0:count.value]]
 
     def environment(self):
         """Environment, the map for reflections, or None if there is none."""
@@ -168,7 +163,7 @@ class Lighting(Conversions):
         for k in range(struct.level_count):
             edge = struct.edge[k]
             rgb = np.empty((edge, edge, 3), np.float32)
-            check(lib.lw_lighting_environment_radiance(self._raw, k, _floats(rgb), rgb.size))
+            check(lib.lw_lighting_environment_radiance(self._raw, k, memory(rgb), rgb.size))
             levels.append(EnvironmentLevel(struct.roughness[k], rgb))
         return Environment(tuple(levels), struct.sequence, struct.older_by_ns,
                            np.array(list(struct.rotation), np.float64), struct.key)
@@ -189,5 +184,5 @@ class Lighting(Conversions):
         options.edge, options.format, options.scale = edge, formats[np.dtype(dtype)], scale
         options.lights = lib.LW_CUBE_WITH_LIGHTS if lights else lib.LW_CUBE_WITHOUT_LIGHTS
         out = np.empty((6, edge, edge, 4), dtype)
-        check(lib.lw_lighting_cube_map(self._raw, options, ffi.from_buffer(out), out.nbytes, ffi.NULL))
+        check(lib.lw_lighting_cube_map(self._raw, options, memory(out), out.nbytes, None))
         return out

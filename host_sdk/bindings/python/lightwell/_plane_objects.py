@@ -1,8 +1,10 @@
 """Virtual objects on a real plane: their shadow, their reflection, and the light that the plane reflects onto them."""
 
+import ctypes
+
 import numpy as np
 
-from ._abi import check, ffi, lib, take
+from ._abi import Handle, chars, check, lib, memory, take
 from ._plane_values import (PlaneFlag, PlaneLayers, PlaneLightAnswer, PlaneLightSource, PlaneReflection, ShadowAnswer)
 from ._values import Flag, Validity
 
@@ -31,16 +33,11 @@ class Mesh:
         self._positions = _array(positions, np.float32, (-1, 3), "positions")
         self._indices = _array(indices, np.uint32, (-1, 3), "indices")
         self._raw = take("lw_shadow_mesh")
-        self._raw.positions = self._keep(ffi.from_buffer("float[]", self._positions), "_position_memory")
+        self._raw.positions = memory(self._positions)
         self._raw.position_count = len(self._positions)
-        self._raw.indices = self._keep(ffi.from_buffer("uint32_t[]", self._indices), "_index_memory")
+        self._raw.indices = memory(self._indices)
         self._raw.index_count = self._indices.size
         _put_pose(self._raw, pose)
-
-    def _keep(self, memory, name):
-        """The memory, which lives as long as this object."""
-        setattr(self, name, memory)
-        return memory
 
 
 class ShadowCaster:
@@ -51,9 +48,7 @@ class ShadowCaster:
         options = take("lw_shadow_options")
         options.light_samples, options.residual_directions = light_samples, residual_directions
         options.residual_cell = residual_cell
-        out = ffi.new("lw_shadow_caster **")
-        check(lib.lw_shadow_caster_create(options, out))
-        self._raw = ffi.gc(out[0], lib.lw_shadow_caster_release)
+        self._raw = Handle(lib.lw_shadow_caster_create, lib.lw_shadow_caster_release, options)
 
     def cast(self, lighting, mesh, width, height, pose=_IDENTITY, columns=256, rows=256):
         """ShadowAnswer: for each texel of a rectangle of width x height (m) the light that the mesh leaves, 0 to 1.
@@ -64,8 +59,8 @@ class ShadowCaster:
         ratios = np.empty((rows, columns, 3), np.float32)
         summary = take("lw_shadow_summary")
         check(lib.lw_shadow_caster_cast(self._raw, lighting._raw, receiver, mesh._raw,
-                                        ffi.from_buffer("float[]", ratios), ratios.size, summary))
-        return ShadowAnswer(ratios, Validity(summary.validity), summary.age_ns, ffi.string(summary.reason).decode(),
+                                        memory(ratios), ratios.size, summary))
+        return ShadowAnswer(ratios, Validity(summary.validity), summary.age_ns, chars(summary.reason),
                             summary.error_bound, Flag(summary.flags), summary.no_light != 0, summary.ignored_triangles)
 
 
@@ -77,9 +72,7 @@ class PlaneReflector:
         """The trade of time for accuracy; 0: the default of ReflectionOptions."""
         options = take("lw_reflection_options")
         options.tolerance, options.cell = tolerance, cell
-        out = ffi.new("lw_plane_reflector **")
-        check(lib.lw_plane_reflector_create(options, out))
-        self._raw = ffi.gc(out[0], lib.lw_plane_reflector_release)
+        self._raw = Handle(lib.lw_plane_reflector_create, lib.lw_plane_reflector_release, options)
 
     def render(self, plane, mesh, radiance, eye, width, height, centre=(0, 0), columns=256, rows=256):
         """PlaneReflection: for each texel of a rectangle of the plane (width x height around `centre`, m; row 0 at +Y)
@@ -91,19 +84,19 @@ class PlaneReflector:
         if not per_vertex and len(rgb) != len(mesh._indices):
             raise ValueError(f"radiance: {len(rgb)} elements; the mesh has {len(mesh._positions)} vertices and "
                              f"{len(mesh._indices)} triangles")
-        memory = ffi.from_buffer("float[]", rgb)
         emitter = take("lw_radiant_mesh")
-        emitter.mesh, emitter.radiance, emitter.radiance_count = mesh._raw, memory, len(rgb)
+        emitter.mesh = ctypes.pointer(mesh._raw)
+        emitter.radiance, emitter.radiance_count = memory(rgb), len(rgb)
         emitter.radiance_per = lib.LW_RADIANCE_PER_VERTEX if per_vertex else lib.LW_RADIANCE_PER_TRIANGLE
         grid = take("lw_plane_grid")
         grid.columns, grid.rows, grid.width, grid.height = columns, rows, width, height
         grid.centre[0:2] = _array(centre, np.float64, (2,), "centre").tolist()
         reflected, hidden = np.empty((rows, columns, 3), np.float32), np.empty((rows, columns), np.float32)
         about = take("lw_plane_reflection")
-        at = ffi.new("double[3]", _array(eye, np.float64, (3,), "eye").tolist())
+        at = memory(_array(eye, np.float64, (3,), "eye"))
         check(lib.lw_plane_reflector_render(self._raw, plane._raw, grid, emitter, at,
-                                            ffi.from_buffer("float[]", reflected), reflected.size,
-                                            ffi.from_buffer("float[]", hidden), hidden.size, about))
+                                            memory(reflected), reflected.size,
+                                            memory(hidden), hidden.size, about))
         return PlaneReflection(reflected, hidden, Validity(about.validity), about.f0_assumed != 0, about.texels,
                                about.ignored_triangles)
 
@@ -113,9 +106,7 @@ class PlaneLight:
     updates it."""
 
     def __init__(self):
-        out = ffi.new("lw_plane_light **")
-        check(lib.lw_plane_light_create(out))
-        self._raw = ffi.gc(out[0], lib.lw_plane_light_release)
+        self._raw = Handle(lib.lw_plane_light_create, lib.lw_plane_light_release)
 
     def update(self, plane):
         """Takes over a Plane. About 10 ms if it has changed."""
@@ -135,8 +126,8 @@ class PlaneLight:
 
     @staticmethod
     def _answer(point, normal, ask):
-        p = ffi.new("double[3]", _array(point, np.float64, (3,), "point").tolist())
-        n = ffi.new("double[3]", _array(normal, np.float64, (3,), "normal").tolist())
+        p = memory(_array(point, np.float64, (3,), "point"))
+        n = memory(_array(normal, np.float64, (3,), "normal"))
         answer = take("lw_plane_light_answer")
         check(ask(p, n, answer))
         return PlaneLightAnswer(np.array(list(answer.value), np.float32), Validity(answer.validity),

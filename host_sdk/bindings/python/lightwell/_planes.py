@@ -1,8 +1,10 @@
 """Captured glossy planes: their radiance from any viewpoint."""
 
+import ctypes
+
 import numpy as np
 
-from ._abi import check, ffi, lib, take
+from ._abi import Handle, check, lib, memory, take
 from ._plane_values import (CaptureProgress, PlaneAnswer, PlaneCoverage, PlaneFlag, PlaneGuidance, PlaneInfo,
                             PlaneLayers, PlaneReaderStats, PlaneRendering, PlaneTexture)
 from ._values import Units, Validity
@@ -30,9 +32,7 @@ class Plane:
     """
 
     def __init__(self):
-        out = ffi.new("lw_plane **")
-        check(lib.lw_plane_create(out))
-        self._raw = ffi.gc(out[0], lib.lw_plane_release)
+        self._raw = Handle(lib.lw_plane_create, lib.lw_plane_release)
 
     def copy(self):
         out = Plane()
@@ -61,11 +61,11 @@ class Plane:
         points, eyes = _numbers(points, 2, "points"), _numbers(eyes, 3, "eyes")
         shape = np.broadcast_shapes(points.shape[:-1], eyes.shape[:-1])
         points, eyes = np.broadcast_to(points, (*shape, 2)), np.broadcast_to(eyes, (*shape, 3))
-        point, eye = ffi.new("double[2]"), ffi.new("double[3]")
+        point, eye = np.empty(2), np.empty(3)
 
         def ask(k, answer):
-            point[0:2], eye[0:3] = points.reshape(-1, 2)[k].tolist(), eyes.reshape(-1, 3)[k].tolist()
-            return lib.lw_plane_radiance(self._raw, point, eye, layers, answer)
+            point[:], eye[:] = points.reshape(-1, 2)[k], eyes.reshape(-1, 3)[k]
+            return lib.lw_plane_radiance(self._raw, memory(point), memory(eye), layers, answer)
 
         return self._answers(shape, ask)
 
@@ -77,11 +77,11 @@ class Plane:
     def specular(self, to_viewers):
         """PlaneAnswer: the specular part towards viewers, (3,) or (..., 3); need not be normalised."""
         directions = _numbers(to_viewers, 3, "to_viewers")
-        direction = ffi.new("double[3]")
+        direction = np.empty(3)
 
         def ask(k, answer):
-            direction[0:3] = directions.reshape(-1, 3)[k].tolist()
-            return lib.lw_plane_specular(self._raw, direction, answer)
+            direction[:] = directions.reshape(-1, 3)[k]
+            return lib.lw_plane_specular(self._raw, memory(direction), answer)
 
         return self._answers(directions.shape[:-1], ask)
 
@@ -111,8 +111,8 @@ class Plane:
         rgb = np.zeros((height, width, 3), np.float32)
         flags = np.zeros((height, width), np.uint8)
         about = take("lw_plane_rendering")
-        check(lib.lw_plane_render(self._raw, camera, layers, ffi.from_buffer("float[]", rgb), rgb.size,
-                                  ffi.from_buffer("uint8_t[]", flags), flags.size, about))
+        check(lib.lw_plane_render(self._raw, camera, layers, memory(rgb), rgb.size, memory(flags), flags.size,
+                                  about))
         return PlaneRendering(Validity(about.validity), PlaneFlag(about.flags), about.pixels, about.flagged, rgb, flags)
 
     def texture(self):
@@ -131,11 +131,10 @@ class Plane:
 
     def coverage(self):
         """PlaneCoverage: the directions from which the plane was seen, for a drawing."""
-        count = ffi.new("size_t *")
-        check(lib.lw_plane_coverage(self._raw, ffi.NULL, ffi.NULL, 0, count))
-        disc, seen = np.empty((count[0], 2), np.float32), np.empty(count[0], np.uint8)
-        check(lib.lw_plane_coverage(self._raw, ffi.from_buffer("float[]", disc), ffi.from_buffer("uint8_t[]", seen),
-                                    count[0], count))
+        count = ctypes.c_size_t()
+        check(lib.lw_plane_coverage(self._raw, None, None, 0, ctypes.byref(count)))
+        disc, seen = np.empty((count.value, 2), np.float32), np.empty(count.value, np.uint8)
+        check(lib.lw_plane_coverage(self._raw, memory(disc), memory(seen), count.value, ctypes.byref(count)))
         return PlaneCoverage(disc, seen.astype(bool))
 
     def guidance(self, min_elevation=0, min_seen=0, max_gap=0):
@@ -158,15 +157,13 @@ class PlaneReader:
     and losses do not matter. One thread at a time."""
 
     def __init__(self):
-        out = ffi.new("lw_plane_reader **")
-        check(lib.lw_plane_reader_create(out))
-        self._raw = ffi.gc(out[0], lib.lw_plane_reader_release)
+        self._raw = Handle(lib.lw_plane_reader_create, lib.lw_plane_reader_release)
 
     def take(self, message, received_ns=None):
         """One message. received_ns: by time.monotonic_ns(); None: now. Raises Error for one that is not valid or
         contradicts earlier ones; then nothing has changed."""
         at = lib.lw_now_ns() if received_ns is None else received_ns
-        check(lib.lw_plane_reader_take(self._raw, ffi.from_buffer(message), len(message), at))
+        check(lib.lw_plane_reader_take(self._raw, memory(message), len(message), at))
 
     def snapshot(self, now_ns=None, into=None):
         """The Plane as received so far. now_ns: as received_ns of take()."""

@@ -1,12 +1,13 @@
 """The connection to a probe."""
 
+import ctypes
 import threading
 import time
 from contextlib import contextmanager
 
 import numpy as np
 
-from ._abi import check, ffi, lib, take, text
+from ._abi import chars, check, lib, memory, take, text
 from ._lighting import Lighting, record
 from ._planes import Plane
 from ._values import (Calibration, CalibrationReport, Error, EstimatorConfig, EstimatorKind, Lens, LinkState, LinkStats,
@@ -38,21 +39,17 @@ def _number(name, value):
 _MAX_LENSES = 16
 
 
-def _chars(array):
-    return ffi.string(array).decode("utf-8", "replace")
-
-
 def _recording(struct):
     """The Recording of an lw_recording, or None."""
     if not struct.available:
         return None
-    return record(Recording, struct, running=struct.running == 1, file=_chars(struct.file),
-                  end_reason=_chars(struct.end_reason))
+    return record(Recording, struct, running=struct.running == 1, file=chars(struct.file),
+                  end_reason=chars(struct.end_reason))
 
 
 def _lens(struct, has_report):
     report = {name: getattr(struct, name) if has_report else None for name in ("seen_deg", "direction_3_sigma_deg")}
-    return record(Lens, struct, model=_chars(struct.model), response=_chars(struct.response),
+    return record(Lens, struct, model=chars(struct.model), response=chars(struct.response),
                   vignetting=struct.vignetting == 1, noise=struct.noise == 1, **report)
 
 
@@ -83,13 +80,11 @@ class Probe:
         options = take("lw_probe_options")
         options.history = history
         options.plane = 1 if plane else 0
-        texts = []  # Keeps cffi's buffers alive.
         for name, value in more.items():
             if name in _TEXTS:
                 if "\0" in value:
                     raise Error(Status.INVALID_ARGUMENT, f"{name} has a zero byte in it")
-                texts.append(ffi.new("char[]", value.encode()))
-                setattr(options, name, texts[-1])
+                setattr(options, name, value.encode())
                 continue
             if name not in _OPTIONS:
                 raise TypeError(f"connect() has no option {name!r}; it has history, plane, "
@@ -100,10 +95,10 @@ class Probe:
             if not 0 < value <= 1e9:
                 raise Error(Status.INVALID_ARGUMENT, f"{name} is {value}; it is in seconds, above zero")
             setattr(options, _OPTIONS[name], _ns(value))
-        out = ffi.new("lw_probe **")
+        out = ctypes.c_void_p()
         where = uri.encode()
-        check(lib.lw_probe_connect(where, len(where), options, out))
-        self._raw = out[0]
+        check(lib.lw_probe_connect(where, len(where), options, ctypes.byref(out)))
+        self._raw = out
         self._open = True
 
     @classmethod
@@ -186,7 +181,7 @@ class Probe:
         """Waits for a newest Lighting with a sequence number other than `seen` (None: any). Blocks, at most `timeout`
         seconds: then Status.UNAVAILABLE. FAILED_PRECONDITION if the recording has ended."""
         into = Lighting()
-        known = ffi.NULL if seen is None else ffi.new("uint64_t *", seen)
+        known = None if seen is None else memory(np.array([seen], np.uint64))
         end = time.monotonic_ns() + _ns(min(timeout, 1e9))
         while True:
             left = end - time.monotonic_ns()
@@ -238,26 +233,26 @@ class Probe:
 
     def calibration(self):
         """What the probe's calibration covers: Calibration. Blocks and fails as estimator_config()."""
-        struct, lenses = take("lw_calibration"), ffi.new("lw_lens[]", _MAX_LENSES)
+        struct, lenses = take("lw_calibration"), (lib.structs["lw_lens"] * _MAX_LENSES)()
         with self._used() as raw:
-            check(lib.lw_probe_get_calibration(raw, struct, lenses, ffi.sizeof("lw_lens"), _MAX_LENSES))
+            check(lib.lw_probe_get_calibration(raw, struct, lenses, ctypes.sizeof(lenses._type_), _MAX_LENSES))
         report = record(CalibrationReport, struct) if struct.has_report else None
-        return record(Calibration, struct, file=_chars(struct.file), absolute=struct.absolute == 1, report=report,
+        return record(Calibration, struct, file=chars(struct.file), absolute=struct.absolute == 1, report=report,
                       lenses=tuple(_lens(lenses[k], report) for k in range(min(struct.lens_count, _MAX_LENSES))))
 
     @staticmethod
     def _text(raw, kind):
-        return text(lambda memory, capacity, length: lib.lw_probe_text(raw, kind, memory, capacity, length))
+        return text(lambda *buffer: lib.lw_probe_text(raw, kind, *buffer))
 
     def estimator_config(self):
         """The current EstimatorConfig: the probe's file with the changes of all clients. Blocks until the probe
         responds. FAILED_PRECONDITION for a recording, and if the probe's firmware is too old to report it."""
-        struct, kind = take("lw_estimator_config"), ffi.new("lw_estimator_kind *")
+        struct, kind = take("lw_estimator_config"), ctypes.c_int32()
         with self._used() as raw:
             check(lib.lw_probe_get_estimator(raw, struct))
-            check(lib.lw_probe_get_estimator_kind(raw, kind))
+            check(lib.lw_probe_get_estimator_kind(raw, ctypes.byref(kind)))
         enums = {name: enum(getattr(struct, name)) for name, enum in _WORDS.items()}
-        return record(EstimatorConfig, struct, estimator=EstimatorKind(kind[0]), **enums)
+        return record(EstimatorConfig, struct, estimator=EstimatorKind(kind.value), **enums)
 
     def change_estimator(self, **fields):
         """Sets the given fields of EstimatorConfig, for all clients of the probe, and leaves the others unchanged:
@@ -282,7 +277,7 @@ class Probe:
         n = np.ascontiguousarray(normal, dtype=np.float32)
         if n.shape != (3,):
             raise ValueError(f"normal: the shape is {n.shape}; it is (3,)")
-        factor = ffi.new("double *")
+        factor = ctypes.c_double()
         with self._used() as raw:
-            check(lib.lw_probe_report_lux(raw, lux, ffi.from_buffer("float[]", n), factor))
-        return factor[0]
+            check(lib.lw_probe_report_lux(raw, lux, memory(n), ctypes.byref(factor)))
+        return factor.value
