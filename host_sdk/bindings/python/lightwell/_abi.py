@@ -49,7 +49,7 @@ def _library():
 
 ffi = cffi.FFI()
 for _name in ("lightwell.h", "conventions.h", "plane_appearance.h", "shadows.h", "plane_objects.h",
-              "cube_map.h", "probe_status.h"):
+              "cube_map.h", "probe_status.h", "light_estimate.h"):
     ffi.cdef(_declarations(_header(_name)))
 try:
     lib = ffi.dlopen(_library())

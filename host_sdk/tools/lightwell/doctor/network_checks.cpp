@@ -45,7 +45,7 @@ NetworkPart network_part(const core::ReplayPath&) { return std::nullopt; }
 int connect_error(const addrinfo& to, Duration timeout) {
   const FileDescriptor tcp(socket(to.ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!tcp) return errno;
-  if (connect(tcp.get(), to.ai_addr, to.ai_addrlen) == 0) return 0;
+  if (::connect(tcp.get(), to.ai_addr, to.ai_addrlen) == 0) return 0;
   if (errno != EINPROGRESS) return errno;
   pollfd ready{tcp.get(), POLLOUT, 0};
   if (poll(&ready, 1, static_cast<int>(timeout.ns / 1'000'000)) != 1) return ETIMEDOUT;
