@@ -46,8 +46,8 @@ def replaced(text, values):
     if not found:
         return None
     indent = found[1]
-    numbers = [f"{v:.9f}" for pair in values for v in pair]
-    lines = [indent + ", ".join(numbers[i:i + 8]) + "," for i in range(0, len(numbers), 8)]
+    numbers = [f"{v:.12f}" for pair in values for v in pair]
+    lines = [indent + ", ".join(numbers[i:i + 6]) + "," for i in range(0, len(numbers), 6)]
     table = f"{indent}// planckian_locus.py: begin\n" + "\n".join(lines) + f"\n{indent}// planckian_locus.py: end\n"
     return text[:found.start()] + table + text[found.end():]
 
@@ -55,7 +55,7 @@ def replaced(text, values):
 def self_test():
     text = "a\n  // planckian_locus.py: begin\n  1, 2,\n  // planckian_locus.py: end\nb\n"
     once = replaced(text, [(0.5, 0.25)])
-    assert once != text and "0.500000000, 0.250000000," in once
+    assert once != text and "0.500000000000, 0.250000000000," in once
     assert replaced(once, [(0.5, 0.25)]) == once and replaced(once, [(0.5, 0.26)]) != once
     assert replaced("no marks", [(0.5, 0.25)]) is None
     print("the checker works")
