@@ -84,7 +84,7 @@ class Cli : public ::testing::Test {
 TEST_F(Cli, HelpHasExamples) {
   const Outcome help = run("--help");
   EXPECT_EQ(help.code, 0);
-  for (const char* word : {"watch", "query", "record", "replay", "info", "config", "grpc://", "Exit codes"})
+  for (const char* word : {"watch", "query", "record", "replay", "info", "config", "doctor", "grpc://", "Exit codes"})
     EXPECT_THAT(help.out, HasSubstr(word));
   for (const char* key : {"latency_p50_ms", "latency_p99_ms", "age_p50_ms", "age_p99_ms", "bytes_p50", "frames_per_s",
                           "gaps", "clock_uncertainty_ms"})

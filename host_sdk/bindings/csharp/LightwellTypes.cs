@@ -96,4 +96,13 @@ namespace Lightwell
 
     /// <summary>How the strongest light is represented.</summary>
     public enum MainLight { Apart, InHarmonics }
+
+    /// <summary>What an application wants to know of the light, with the numbers of AR Foundation's
+    /// LightEstimation.</summary>
+    [Flags]
+    public enum LightRequest : uint
+    {
+        None = 0, AmbientIntensity = 1, AmbientColor = 2, AmbientSphericalHarmonics = 4, MainLightDirection = 8,
+        MainLightIntensity = 16, All = 31
+    }
 }

@@ -17,7 +17,7 @@ namespace lightwell::tool {
 
 /// The options of all commands. Empty texts: not given.
 struct Options {
-  std::string uri;
+  std::string uri;          ///< doctor: may be empty.
   std::string credentials;  ///< Folder; empty: looked up.
   bool json = false;
   double seconds = 0;             ///< watch, record; 0: until the recording ends or the tool is interrupted.
@@ -48,6 +48,7 @@ int run_recording_start(const Options& options);
 int run_recording_stop(const Options& options);
 int run_recording_status(const Options& options);
 int run_discover(const Options& options);
+int run_doctor(const Options& options);
 int run_pair(const Options& options);
 
 /// The probe's own recording in one line, and as JSON with the names of RecordingStatus.

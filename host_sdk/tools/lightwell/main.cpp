@@ -26,6 +26,7 @@ constexpr const char* kExamples = R"(Examples:
   lightwell config set grpc://probe.local setting=fast   for all clients of the probe
   lightwell recording start grpc://probe.local           a recording on the probe's own disk
   lightwell discover                                     lists the available probes
+  lightwell doctor grpcs://probe.local                   checks this machine and the way to the probe
   lightwell pair grpcs://probe.local --code 123456       with the code that the probe shows
   lightwell watch grpcs://probe.local                    after pairing
 
@@ -110,6 +111,20 @@ Keys with --json, one object per probe: found_by (mdns, mqtt, usb), name, id, ve
 wire_version (0: unknown), instance, host, state (there, gone), links (uri, security none or tls).
 Exit code 1: no probe was found, 3: no probe was found, and a method failed.)";
 
+constexpr const char* kDoctorHelp =
+    R"(Checks what is needed to receive light, one line for each check: its verdict, its name, what was
+found, and after "->" what to do. Without URI: what this machine can do, and which probes are announced. With
+URI also every step to that probe: name, connection, TLS, access, versions, frames and their age, clock,
+losses, the probe's own faults.
+  lightwell doctor
+  lightwell doctor grpcs://probe.local
+Verdicts: ok; warning (works, or may); fault (does not work); not checked (it cannot be checked here, or
+does not apply; the line says why). A check that takes longer than 2 s says so on stderr; each ends after
+20 s at most.
+Keys with --json, one object per check: check, verdict, found, remedy.
+Exit codes: 0 no fault (there may be warnings), otherwise of the first fault: 1 no descriptor arrives,
+2 usage, 3 the probe cannot be reached, 4 anything else, also a refused certificate or token.)";
+
 constexpr const char* kPairHelp =
     R"(On the probe, `lightwelld --pair` shows address and code. Eavesdroppers, and a man in the middle
 without the code, learn nothing. Stored for this probe: its certificate, which is required from then
@@ -126,14 +141,13 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
     command->callback([&options, &exit_code, run] { exit_code = run(options); });
     return command;
   };
-  const auto add_uri = [&](CLI::App* command) {
-    command
-        ->add_option("URI", options.uri,
-                     "grpc(s)://HOST:PORT, ws(s)://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE")
-        ->required();
+  const auto add_optional_uri = [&](CLI::App* command) {
     command->add_option("--credentials", options.credentials,
                         "Folder that `lightwell pair` made, for a paired probe whose address changed");
+    return command->add_option(
+        "URI", options.uri, "grpc(s)://HOST:PORT, ws(s)://HOST:PORT, usb:SERIAL, mqtt://BROKER/TOPIC or replay:FILE");
   };
+  const auto add_uri = [&](CLI::App* command) { add_optional_uri(command)->required(); };
   const auto add_json = [&](CLI::App* command) {
     command->add_flag("--json", options.json, "JSON, one object per line");
   };
@@ -222,6 +236,11 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
       ->needs(broker);
   discover->add_option("--login", options.login_file, "File with two lines, user name and password")->needs(broker);
   add_json(discover);
+
+  CLI::App* doctor =
+      add(app, "doctor", "Check this machine, and the way to a probe; says what to do", run_doctor, kDoctorHelp);
+  add_optional_uri(doctor);
+  add_json(doctor);
 
   CLI::App* pair = add(app, "pair", "Pair a probe with this machine", run_pair, kPairHelp);
   pair->add_option("URI", options.uri, "grpcs://HOST:PORT that the probe shows (default port 7421)")->required();

@@ -90,6 +90,20 @@ test("the sample component sets Unity's sun and ambient light, in Unity's axes",
   await program.stop();
 });
 
+test("the sample provider gives AR Foundation the light of a probe", () => {
+  const text = execFileSync(mono, [join(programs, "ArFoundationTest.exe"), process.env.LIGHTWELL_ANSWERS, daemon.address],
+                            { env, encoding: "utf8" });
+  assert.match(text, /^lumens \d/m);
+  assert.match(text, / 0 wrong$/m);
+});
+
+test("the sample node gives Godot the light of a probe", () => {
+  const text = execFileSync(mono, [join(programs, "GodotTest.exe"), process.env.LIGHTWELL_ANSWERS, daemon.address],
+                            { env, encoding: "utf8" });
+  assert.match(text, /^sky \d/m);
+  assert.match(text, / 0 wrong$/m);
+});
+
 test("over TLS with a token and a certificate that this machine trusts", async () => {
   const run = (...args) => execFileSync("openssl", args, { cwd: folder, stdio: ["ignore", "pipe", "ignore"],
       encoding: "utf8" });

@@ -3,7 +3,7 @@
 //   FOLDER/answers.lwrec    the messages of one probe among them as a recording
 //   FOLDER/mutants.txt      damaged messages, and whether C++ accepts them
 //   FOLDER/threads.lwrec    3,000 descriptors in 1.5 s, whose light encodes their sequence number
-// and what cube_answers.hpp and plane_answers.hpp describe.
+// and what cube_answers.hpp, estimate_answers.hpp and plane_answers.hpp describe.
 //
 // A line is a word and numbers, %.9g, which gives every float back:
 //   message HEX                          the bytes that the following lines are about
@@ -47,6 +47,7 @@
 #include <lightwell/text.hpp>
 
 #include "host_sdk/answers/cube_answers.hpp"
+#include "host_sdk/answers/estimate_answers.hpp"
 #include "host_sdk/answers/mutation.hpp"
 #include "host_sdk/answers/plane_answers.hpp"
 #include "host_sdk/scenes.hpp"
@@ -363,6 +364,7 @@ void write_all(const std::filesystem::path& folder, const std::filesystem::path&
   if (!out.flush()) throw std::runtime_error("cannot write answers.txt");
   write_mutants((folder / "mutants.txt").string(), messages);
   write_cube_answers(folder, messages);
+  write_estimate_answers(folder, messages);
 }
 
 void write_many(const std::string& path) {

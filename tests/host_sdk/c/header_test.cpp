@@ -1,9 +1,10 @@
-// lightwell.h, conventions.h, cube_map.h, plane_appearance.h, plane_objects.h, probe_status.h and shadows.h are also
-// valid in the oldest supported C++, with the same meaning.
+// lightwell.h, conventions.h, cube_map.h, light_estimate.h, plane_appearance.h, plane_objects.h, probe_status.h and
+// shadows.h are also valid in the oldest supported C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>
 #include <lightwell/cube_map.h>
+#include <lightwell/light_estimate.h>
 #include <lightwell/lightwell.h>
 #include <lightwell/plane_appearance.h>
 #include <lightwell/plane_objects.h>
@@ -19,6 +20,9 @@ int main() {
   info.size = sizeof info;
   CHECK(lw_lighting_get_info(light, &info) == LW_OK && info.validity == LW_NONE);
   CHECK(std::strcmp(lw_validity_name(info.validity), "none") == 0);
+  lw_light_estimate estimate = lw_light_estimate();
+  estimate.size = sizeof estimate;
+  CHECK(lw_lighting_estimate(light, NULL, &estimate) == LW_OK && estimate.available == LW_REQUEST_NONE);
   lw_lighting_release(light);
   lw_plane* plane = NULL;
   CHECK(lw_plane_create(&plane) == LW_OK);
@@ -26,5 +30,5 @@ int main() {
   about.size = sizeof about;
   CHECK(lw_plane_get_info(plane, &about) == LW_OK && about.validity == LW_NONE);
   lw_plane_release(plane);
-  return checks_failed(5);
+  return checks_failed(6);
 }

@@ -389,6 +389,7 @@ internal static partial class LightwellTest
         ALoopMakesNoGarbage(arguments[0]);
         ThreadsAndTheCollector(arguments[0]);
         CubeMapsAreThoseOfCpp(arguments[0]);
+        EstimatesAreThoseOfCpp(arguments[0]);
         PlanesAreThoseOfCpp(arguments[0]);
         DamagedPlanesAreRefusedAsInCpp(arguments[0]);
         AProbeHasThePlaneOfARecording(arguments[0]);

@@ -22,7 +22,7 @@ import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
 PACKAGE = ROOT / "host_sdk/bindings/python"
-TESTS = "python_test.py", "cube_map_test.py", "plane_test.py", "mutants_test.py"
+TESTS = "python_test.py", "cube_map_test.py", "plane_test.py", "mutants_test.py", "estimate_test.py"
 TIMEOUT_S = 60
 
 
@@ -118,8 +118,8 @@ class Wheel(unittest.TestCase):
     def test_it_holds_the_package_the_library_and_its_headers(self):
         names = set(zipfile.ZipFile(self.wheel).namelist())
         python = {f"lightwell/{path.name}" for path in (PACKAGE / "lightwell").glob("*.py")}
-        headers = {f"lightwell/{name}.h" for name in ("lightwell", "conventions", "cube_map", "plane_appearance",
-                                                      "plane_objects", "probe_status", "shadows")}
+        headers = {f"lightwell/{name}.h" for name in ("lightwell", "conventions", "cube_map", "light_estimate",
+                                                      "plane_appearance", "plane_objects", "probe_status", "shadows")}
         self.assertEqual({name for name in names if ".dist-info/" not in name and not name.endswith("/")},
                          python | headers | {"lightwell/liblightwell.so.1"})
 

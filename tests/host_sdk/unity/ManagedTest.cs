@@ -8,7 +8,7 @@ using System.Linq;
 using Lightwell;
 using Lightwell.Managed;
 
-internal static class ManagedTest
+internal static partial class ManagedTest
 {
     /// <summary>Relative to the largest value that all light together can give.</summary>
     private const double Tolerance = 1e-6;
@@ -303,6 +303,7 @@ internal static class ManagedTest
         var messages = NumbersAreThoseOfCpp(arguments[0]);
         Check(messages > 15 && unityCompared == 4 * messages && radianceCompared > 100 && texelsCompared > 20,
               "compared: " + messages + " " + unityCompared + " " + radianceCompared + " " + texelsCompared);
+        EstimatesAreThoseOfCpp(arguments[0]);
         DamagedMessagesAreRefusedAsInCpp(arguments[0]);
         HostileSizes();
         BadQuestionsAndAges(arguments[0]);

@@ -7,6 +7,7 @@ import numpy as np
 
 from ._abi import Handle, chars, check, lib, memory, take, text
 from ._conventions import Conversions
+from ._estimate import Estimates
 from ._values import (Answer, Derivation, Environment, EnvironmentLevel, Flag, Light, LightingInfo, Units, Validity)
 
 _ENUMS = {"validity": Validity, "units": Units, "flags": Flag, "derivation": Derivation}
@@ -32,7 +33,7 @@ def record(kind, struct, **more):
     return kind(**values)
 
 
-class Lighting(Conversions):
+class Lighting(Conversions, Estimates):
     """The lighting of one moment, from Probe.latest(), Probe.at(), Probe.wait_for_next() or decode().
 
     It is not updated: get the next one from the Probe. Any number of threads may query it concurrently, as long as none

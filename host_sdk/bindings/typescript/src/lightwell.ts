@@ -21,6 +21,8 @@ export type { EnvironmentLevel, EnvironmentMap } from "./environment.js";
 export { settingsOf } from "./estimator_config.js";
 export type { EstimatorConfig, EstimatorKind, EstimatorState, EstimatorUpdate } from "./estimator_config.js";
 export { HemisphereGrid } from "./hemisphere_grid.js";
+export { colorTemperature, estimateLight, fadeWeight } from "./light_estimate.js";
+export type { ColorTemperature, LightEstimate, LightEstimateOptions, LightRequest } from "./light_estimate.js";
 export { Lighting } from "./lighting.js";
 export type { Answer, LightingOptions, Validity } from "./lighting.js";
 export { ProbeError, encodeLinkRequest } from "./link_message.js";

@@ -102,6 +102,12 @@ namespace Lightwell.Managed
                                             double exposure = 1) =>
             ManagedUnityLighting.Of(this, pipeline, mainLight, exposure);
 
+        /// <summary>The light in a few numbers: as estimate_light() of the C++ SDK. `gain`: factor on all light.
+        /// `neutralIlluminance`: lux that are 1000 "lumens". InvalidQuery if one is not above 0 and finite.</summary>
+        public ManagedLightEstimate Estimate(LightRequest requested = LightRequest.All, float gain = 1,
+                                             float neutralIlluminance = 1000) =>
+            ManagedLightEstimate.Of(this, requested, gain, neutralIlluminance);
+
         private static Double3 Plus(Double3 sum, DiscreteLight light, double weight) => new Double3(
             sum.X + light.Irradiance.R * weight, sum.Y + light.Irradiance.G * weight,
             sum.Z + light.Irradiance.B * weight);

@@ -27,36 +27,20 @@ namespace Lightwell.Managed
         /// <summary>0 if there is no main light or no estimate.</summary>
         public float Intensity { get; private set; }
 
-        private const int Count = 9;
-        private const double Largest = 3.4028234663852886e38 / 1e4;
+        private const int Count = LightSplit.Count;
 
         internal static ManagedUnityLighting Of(Lighting lighting, UnityPipeline pipeline, MainLight mainLight,
                                                 double exposure)
         {
             var made = new ManagedUnityLighting { Validity = lighting.Validity };
-            var d = lighting.Descriptor;
             if (lighting.Validity != Validity.Valid && lighting.Validity != Validity.Stale) return made;
-            var kept = new Double3[Count];
-            for (var i = 0; i < Count && i < d.Radiance.Length; ++i) kept[i] = Scaled(d.Radiance[i], exposure);
-            var main = mainLight == MainLight.Apart ? Strongest(d, exposure) : null;
-            var sun = main == null ? new Double3() : Positive(Scaled(main.Irradiance, exposure));
-            foreach (var light in d.Lights)
-            {
-                var y = Harmonics.Basis(2, light.Unit);
-                for (var i = 0; i < Count; ++i)
-                {
-                    kept[i] = Sum(kept[i], Scaled(light.Irradiance, exposure),
-                                  y[i] * Cap.Zonal(Harmonics.BandOf(i), light.AngularRadius));
-                    // The main light is added as a point light, so the bands 0 to 2 of that are subtracted.
-                    if (light == main) kept[i] = Sum(kept[i], sun, -y[i]);
-                }
-            }
-            if (!Presentable(sun) || !Array.TrueForAll(kept, Presentable))
-                return new ManagedUnityLighting { Validity = Validity.InvalidQuery };
-            made.SetHarmonics(kept);
-            if (main == null) return made;
+            var split = new LightSplit(lighting.Descriptor, mainLight, exposure);
+            if (!split.IsPresentable) return new ManagedUnityLighting { Validity = Validity.InvalidQuery };
+            made.SetHarmonics(split.Harmonics);
+            if (split.Main == null) return made;
+            var sun = split.MainIrradiance;
             var most = Math.Max(sun.X, Math.Max(sun.Y, sun.Z));
-            made.Forward = new Vec3((float)-main.Unit.X, (float)-main.Unit.Y, (float)main.Unit.Z);
+            made.Forward = new Vec3((float)-split.Main.Unit.X, (float)-split.Main.Unit.Y, (float)split.Main.Unit.Z);
             made.Color = new Rgb((float)(sun.X / most), (float)(sun.Y / most), (float)(sun.Z / most));
             made.Intensity = (float)(pipeline == UnityPipeline.Universal ? most / Math.PI : most);
             return made;
@@ -78,28 +62,6 @@ namespace Lightwell.Managed
                 SphericalHarmonicsL2[Count + i] = (float)(kept[i].Y * factor[i]);
                 SphericalHarmonicsL2[2 * Count + i] = (float)(kept[i].Z * factor[i]);
             }
-        }
-
-        private static Double3 Scaled(Rgb c, double k) => new Double3(c.R * k, c.G * k, c.B * k);
-
-        private static Double3 Positive(Double3 c) => new Double3(Math.Max(0, c.X), Math.Max(0, c.Y), Math.Max(0, c.Z));
-
-        private static Double3 Sum(Double3 a, Double3 b, double k) =>
-            new Double3(a.X + b.X * k, a.Y + b.Y * k, a.Z + b.Z * k);
-
-        private static bool Presentable(Double3 c) =>
-            Math.Abs(c.X) <= Largest && Math.Abs(c.Y) <= Largest && Math.Abs(c.Z) <= Largest;
-
-        /// <summary>Null without a light of which some channel is above zero.</summary>
-        private static DiscreteLight Strongest(Descriptor d, double exposure)
-        {
-            DiscreteLight main = null;
-            foreach (var light in d.Lights)
-                if (main == null || light.Irradiance.Luminance * exposure > main.Irradiance.Luminance * exposure)
-                    main = light;
-            if (main == null) return null;
-            var sun = Positive(Scaled(main.Irradiance, exposure));
-            return sun.X > 0 || sun.Y > 0 || sun.Z > 0 ? main : null;
         }
     }
 }
