@@ -29,7 +29,7 @@ UNIT = REPOSITORY / "firmware/app/service/lightwelld.service.in"
 NOT_ON_A_BOARD = ("usr/include", "usr/share/doc", "usr/share/perl", "usr/share/perl5", "usr/lib/aarch64-linux-gnu/perl",
                   "usr/lib/aarch64-linux-gnu/perl-base", "usr/share/cmake", "usr/lib/aarch64-linux-gnu/cmake",
                   "usr/share/initramfs-tools", "usr/lib/klibc", "usr/lib/gcc", "etc/rc0.d", "boot")
-BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
+BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate", "lightwell-estimate", "lightwell-eval")
 HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings",
                 "marker_frames", "book_frames")
 
@@ -300,14 +300,15 @@ def base() -> Base:
 
 
 def firmware(build: Path) -> Path:
-    """The disk that the board mounts at /opt/lightwell: the stripped files that `build` installs for the component
-    `board`, and the panoramas of simulated cameras. Raises ImageError if the build is missing or incomplete."""
+    """The disk that the board mounts at /opt/lightwell: the stripped files that `build` installs for the components
+    `daemon` and `tools`, and the panoramas of simulated cameras. Raises ImageError if the build is missing or incomplete."""
     if not (build / "CMakeCache.txt").exists():
         raise ImageError(f"{build} is not a configured build: run cmake --preset board-aarch64")
     panoramas = _run(REPOSITORY / "cmake/fetch_panoramas").strip()
     with tempfile.TemporaryDirectory(dir=cache.cache_root(), prefix=".board-stage.") as name:
         stage = Path(name)
-        _run("cmake", "--install", build, "--component", "board", "--strip", "--prefix", stage)
+        for component in ("daemon", "tools"):
+            _run("cmake", "--install", build, "--component", component, "--strip", "--prefix", stage)
         shutil.copytree(panoramas, stage / "share/lightwell/panoramas", dirs_exist_ok=True)
         stage.chmod(0o755)
 
