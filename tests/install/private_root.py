@@ -56,8 +56,8 @@ class PrivateRoot:
 
     def command(self, *words: str | Path) -> list[str]:
         """The command line that runs `words` in this root."""
-        return ["env", "-i", "PATH=/usr/sbin:/usr/bin:/sbin:/bin", "LC_ALL=C.UTF-8", "DEBIAN_FRONTEND=noninteractive", "HOME=/root",
-                "chroot", str(self.path), *map(str, words)]
+        return ["env", "-i", "PATH=/usr/sbin:/usr/bin:/sbin:/bin", "LC_ALL=C.UTF-8", "HOME=/root",
+                "DEBIAN_FRONTEND=noninteractive", "chroot", str(self.path), *map(str, words)]
 
     def run(self, *words: str | Path) -> str:
         return output_of(*self.command(*words))
