@@ -157,6 +157,9 @@ if(LIGHTWELL_BUILD_HOST_SDK)
   find_package(OpenXR CONFIG QUIET)
 endif()
 
+# For cmake/packaging.cmake. Without it there are no Debian packages; the summary reports it.
+find_program(LIGHTWELL_DPKG_DEB dpkg-deb)
+
 if(LIGHTWELL_BUILD_TESTS)
   # For the consumer of lightwell/glm.hpp in tests/install. Without it the consumer is left out; the summary reports it.
   find_package(glm CONFIG QUIET)

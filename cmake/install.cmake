@@ -1,8 +1,13 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# The component `board` contains exactly what a board needs. To install it:
-#   cmake --install build/board-aarch64 --component board --strip --prefix DIR
+# Components: each install rule of the tree names one of these. `cmake --install` installs all of them,
+# `cmake --install BUILD --component NAME` one; cmake/packaging.cmake makes a Debian package of each.
+#   daemon        the probe: lightwelld, its service, marker bodies, the USB gadget
+#   library       liblightwell.so.1
+#   development   headers, static libraries, CMake package, pkg-config, .proto files; sources and packages for C#, Unity, npm
+#   tools         programs of the firmware and of the SDK, the OpenXR layer, the host's udev rule
+#   python        the Python package
 
 # lightwell_install_sdk([<target>...])
 # Installs the host SDK as the CMake package `lightwell` with the target lightwell::lightwell:
@@ -33,23 +38,36 @@ function(lightwell_install_sdk)
 
   install(TARGETS lightwell_host_sdk lightwell_proto ${needed} ${ARGN}
           EXPORT lightwellTargets
+          COMPONENT development
           INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+  # CMake's --strip leaves archives as they are.
+  install(CODE "
+    if(CMAKE_INSTALL_DO_STRIP)
+      file(GLOB archives \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/liblightwell_*.a\")
+      execute_process(COMMAND \"${CMAKE_STRIP}\" --strip-debug --enable-deterministic-archives \${archives}
+                      COMMAND_ERROR_IS_FATAL ANY)
+    endif()" COMPONENT development)
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/proto/include/" "${PROJECT_SOURCE_DIR}/host_sdk/include/"
-          DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
+          DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT development
           FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/proto/lightwell"
-          DESTINATION "${CMAKE_INSTALL_DATADIR}/lightwell/proto"
+          DESTINATION "${CMAKE_INSTALL_DATADIR}/lightwell/proto" COMPONENT development
           FILES_MATCHING PATTERN "*.proto")
 
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/lightwell")
-  install(EXPORT lightwellTargets NAMESPACE lightwell:: DESTINATION "${package_dir}")
+  install(EXPORT lightwellTargets NAMESPACE lightwell:: DESTINATION "${package_dir}" COMPONENT development)
 
   # A separate export set, so that applications of the C ABI build without gRPC and protobuf.
+  # lightwell.dll is a RUNTIME artifact, its import library an ARCHIVE.
   install(TARGETS lightwell_c EXPORT lightwellCTargets
+          RUNTIME COMPONENT library
+          LIBRARY COMPONENT library NAMELINK_COMPONENT development
+          ARCHIVE COMPONENT development
           INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
-  install(EXPORT lightwellCTargets NAMESPACE lightwell:: DESTINATION "${package_dir}")
+  install(EXPORT lightwellCTargets NAMESPACE lightwell:: DESTINATION "${package_dir}" COMPONENT development)
   configure_file("${PROJECT_SOURCE_DIR}/cmake/lightwell.pc.in" "${PROJECT_BINARY_DIR}/lightwell.pc" @ONLY)
-  install(FILES "${PROJECT_BINARY_DIR}/lightwell.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+  install(FILES "${PROJECT_BINARY_DIR}/lightwell.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig"
+          COMPONENT development)
 
   configure_package_config_file(
     "${PROJECT_SOURCE_DIR}/cmake/lightwellConfig.cmake.in"
@@ -60,5 +78,5 @@ function(lightwell_install_sdk)
     COMPATIBILITY SameMinorVersion)
   install(FILES "${PROJECT_BINARY_DIR}/lightwellConfig.cmake"
                 "${PROJECT_BINARY_DIR}/lightwellConfigVersion.cmake"
-          DESTINATION "${package_dir}")
+          DESTINATION "${package_dir}" COMPONENT development)
 endfunction()

@@ -17,7 +17,7 @@ from hil.harness.runner import Measured
 PICTURE = "grid_straight_white_back_right"
 BODY = "dodecahedron_100mm_white.textproto"
 _FRAMES = "/var/lib/lightwell/marker"
-_BODY = f"/opt/lightwell/share/lightwell/bodies/{BODY}"
+_BODY = f"/usr/share/lightwell/bodies/{BODY}"
 _SHOWN_S = 30
 
 

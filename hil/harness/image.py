@@ -22,14 +22,17 @@ from .waits import say
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 SOURCES = REPOSITORY / "hil/image"
-# The systemd unit that is installed with the firmware. The board has it in its root file system, because systemd loads
-# it before the firmware's disk is mounted; a drop-in below hil/image/root holds the board's settings.
-UNIT = REPOSITORY / "firmware/app/service/lightwelld.service.in"
+# What makes Debian packages of a build (cmake/debian/README.md), and the install components of those that a board has.
+PACKAGING = (REPOSITORY / "cmake/packaging.cmake", REPOSITORY / "cmake/debian")
+COMPONENTS = ("daemon", "library", "tools")
 # Parts of the sysroot that are only needed to compile.
 NOT_ON_A_BOARD = ("usr/include", "usr/share/doc", "usr/share/perl", "usr/share/perl5", "usr/lib/aarch64-linux-gnu/perl",
                   "usr/lib/aarch64-linux-gnu/perl-base", "usr/share/cmake", "usr/lib/aarch64-linux-gnu/cmake",
-                  "usr/share/initramfs-tools", "usr/lib/klibc", "usr/lib/gcc", "etc/rc0.d", "boot")
-BOARD_TARGETS = ("lightwelld", "lightwell_cli", "lightwell-calibrate")
+                  "usr/share/initramfs-tools", "usr/lib/klibc", "usr/lib/gcc", "etc/rc0.d", "boot",
+                  # The firmware's disk has dpkg's database: of the sysroot's packages none is installed.
+                  "var/lib/dpkg")
+BOARD_TARGETS = ("lightwelld", "lightwell_c", "lightwell_cli", "lightwell-calibrate", "lightwell-estimate",
+                 "lightwell-eval")
 HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings",
                 "marker_frames", "book_frames")
 
@@ -189,14 +192,12 @@ def _fill_root(root: Path, packages: Path, known: Keys) -> None:
         if (root / name).exists():
             shutil.rmtree(root / name)
     _run("find", root / "usr/lib", "-name", "*.a", "-delete")
-    for name in ("dev", "proc", "sys", "run", "tmp", "opt/lightwell", "var/lib/lightwell"):
+    for name in ("dev", "proc", "sys", "run", "tmp", "var/lib/lightwell"):
         (root / name).mkdir(parents=True, exist_ok=True)
     add_accounts(root, SOURCES / "accounts")
     for source in sorted((SOURCES / "root").rglob("*")):
         if source.is_file():
             _replace(root / source.relative_to(SOURCES / "root"), source.read_text(encoding="utf-8"))
-    unit = UNIT.read_text(encoding="utf-8").replace("@LIGHTWELLD@", "/opt/lightwell/bin/lightwelld")
-    _replace(root / "usr/lib/systemd/system/lightwelld.service", unit)
     set_units(root, SOURCES / "units")
     _replace(root / "etc/ssh/ssh_host_ed25519_key", known.host.read_text(encoding="ascii"), 0o600)
     _replace(root / "etc/ssh/authorized_keys", known.client.with_suffix(".pub").read_text(encoding="ascii"))
@@ -207,9 +208,8 @@ def _fill_root(root: Path, packages: Path, known: Keys) -> None:
     for name, target in (("run", "/run"), ("lock", "/run/lock")):
         (root / "var" / name).rmdir()
         _link(root / "var" / name, target)
-    # The owner's configuration is on the state disk; the tool that sets up the USB gadget is on the firmware's disk.
+    # The owner's configuration is on the state disk. The link takes the place of the package's conffile.
     _link(root / "etc/lightwell", "/var/lib/lightwell/etc")
-    _link(root / "usr/sbin/lightwell-usb-gadget", "/opt/lightwell/sbin/lightwell-usb-gadget")
     _link(root / "usr/bin/awk", "mawk")
     _link(root / "usr/sbin/init", "/usr/lib/systemd/systemd")
 
@@ -293,28 +293,53 @@ def base() -> Base:
         shutil.rmtree(root)
 
     # The folder's inode number: a sysroot that was made again has the same name and newer packages.
-    key = cache.digest([packages.name, str(packages.stat().st_ino), SOURCES, UNIT, Path(__file__),
+    key = cache.digest([packages.name, str(packages.stat().st_ino), SOURCES, Path(__file__),
                         known.client.with_suffix(".pub"), known.host.with_suffix(".pub")])
     folder = cache.kept("board-base", key, make)
     return Base(folder / "vmlinuz", folder / "initrd", folder / "base.ext4")
 
 
+def _install_packages(build: Path, folder: Path, root: Path) -> None:
+    """Makes Debian packages of `build` in `folder` and unpacks them by dpkg into `root`. No script of theirs runs, as of
+    no other package of the board: hil/image has the user, and enabling the service is a link."""
+    components = ";".join(f"{name};{name}-debian" for name in COMPONENTS)
+    _run("cpack", "--config", build / "CPackConfig.cmake", "-B", folder, "-D", f"CPACK_COMPONENTS_ALL={components}",
+         "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=gzip")
+    for name in ("updates", "info"):
+        (root / "var/lib/dpkg" / name).mkdir(parents=True)
+    _replace(root / "var/lib/dpkg/status", "")
+    _replace(root / "var/lib/dpkg/arch", "arm64\n")
+    # The libraries that they depend on are in the base, where dpkg's database does not list them.
+    _run("dpkg", f"--root={root}", "--force-not-root", "--force-bad-path", "--force-depends", "--force-architecture",
+         "--unpack", *sorted(folder.glob("*.deb")))
+    _link(root / "etc/systemd/system/multi-user.target.wants/lightwelld.service",
+          "/usr/lib/systemd/system/lightwelld.service")
+
+
 def firmware(build: Path) -> Path:
-    """The disk that the board mounts at /opt/lightwell: the stripped files that `build` installs for the component
-    `board`, and the panoramas of simulated cameras. Raises ImageError if the build is missing or incomplete."""
+    """The disk that the board has below its base (hil/image/initrd_init): the Debian packages of `build` in COMPONENTS,
+    and the panoramas of simulated cameras. Raises ImageError if the build is missing or incomplete."""
     if not (build / "CMakeCache.txt").exists():
         raise ImageError(f"{build} is not a configured build: run cmake --preset board-aarch64")
     panoramas = _run(REPOSITORY / "cmake/fetch_panoramas").strip()
     with tempfile.TemporaryDirectory(dir=cache.cache_root(), prefix=".board-stage.") as name:
-        stage = Path(name)
-        _run("cmake", "--install", build, "--component", "board", "--strip", "--prefix", stage)
-        shutil.copytree(panoramas, stage / "share/lightwell/panoramas", dirs_exist_ok=True)
-        stage.chmod(0o755)
+        # Installing takes a second, packages take ten: they are made if something that is installed has changed. By
+        # DESTDIR, because the installed unit contains the prefix.
+        stage = Path(name) / "installed"
+        for component in COMPONENTS:
+            _run("env", f"DESTDIR={stage}", "cmake", "--install", build, "--component", component, "--strip",
+                 "--prefix", "/usr")
 
         def make(folder: Path) -> None:
-            make_ext4(stage, folder / "firmware.ext4", "lw-firmware", journal=False, room_mb=1)
+            say("making the board's packages and their disk (a quarter of a minute)")
+            root = folder / "root"
+            _install_packages(build, Path(name) / "packages", root)
+            shutil.copytree(panoramas, root / "usr/local/share/lightwell/panoramas")
+            make_ext4(root, folder / "firmware.ext4", "lw-firmware", journal=False, room_mb=1)
+            shutil.rmtree(root)
 
-        return cache.kept("board-firmware", cache.digest([stage, Path(__file__)]), make) / "firmware.ext4"
+        key = cache.digest([stage, *PACKAGING, Path(panoramas), Path(__file__)])
+        return cache.kept("board-firmware", key, make) / "firmware.ext4"
 
 
 def state(disk: Path, size_mb: int, config: str) -> None:

@@ -40,10 +40,11 @@ def _library():
         return named
     if (_HERE / _NAME).is_file():
         return str(_HERE / _NAME)
-    # PREFIX/lib/python3/dist-packages/lightwell
+    # PREFIX/lib/python3/dist-packages/lightwell; the library in PREFIX/lib or, on Debian, PREFIX/lib/ARCHITECTURE.
     prefix = _HERE.parents[3] if len(_HERE.parents) > 3 else _HERE
-    for place in sorted(prefix.glob(f"lib/**/{_NAME}")):
-        return str(place)
+    for folder in ("lib", "lib/*", "lib64"):
+        for place in sorted(prefix.glob(f"{folder}/{_NAME}")):
+            return str(place)
     return _NAME
 
 
