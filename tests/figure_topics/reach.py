@@ -13,9 +13,8 @@ from figure_topics.skeleton import Probe
 from figure_topics.tests import BUILD, run_test
 
 TARGETS = ["lightwelld", "measure_latency"]
-# The layer, the client and the runtime are loaded by the tests.
-TEST_TARGETS = ["e2e_openxr_layer_test", "openxr_layer_process_test", "openxr_layer_calls_test", "lightwelld",
-                "lightwell_cli", "lightwell_c", "make_answers"]
+# The Debian packages hold all that is installed.
+TEST_TARGETS = ["all"]
 
 LAYER = "C program, Debian's OpenXR loader, real daemon over gRPC; the runtime is simulated"
 FRAME_MS = 1000 / 90
@@ -38,6 +37,18 @@ NODE = [
      "e2e_npm_package_test", "real lightwelld, simulated camera; Node and headless Chromium"),
     ("Unity-style C# without a native library prints the light; damaged messages, tokens, TLS, reconnection",
      "e2e_unity_test", "real lightwelld, simulated camera; Mono, Unity's classes as a stub"),
+    ("TypeScript in Node: golden answers and damaged messages as in C++", "typescript_test", "Node"),
+    ("TypeScript in Chromium: the same tests", "e2e_chromium_answers_test", "headless Chromium"),
+    ("C#: golden answers and damaged messages as in C++", "csharp_test", "Mono, liblightwell.so"),
+    ("lightwell doctor: each check against folders like the system's, libraries of other versions, certificates",
+     "lightwell_doctor_test", "functions of the program"),
+    ("lightwell doctor: wrong token, other certificate, no TLS, nothing that listens, no frames, a clock that is off",
+     "e2e_doctor_test", "real lightwelld, TLS, Linux time namespace"),
+    ("Debian packages: lintian, install, use, upgrade and purge in a private root; each installed file in one package",
+     "install_debian_packages", "dpkg, apt and lintian of this machine; amd64"),
+    ("AR Foundation sample compiles, and gives Unity the light", "ArFoundation_sample_test",
+     "Mono, AR Foundation's classes as a stub"),
+    ("Godot sample compiles, and sets light and sky", "Godot_sample_test", "Mono, Godot's classes as a stub"),
     ("Managed C# client: golden answers and damaged messages as in C++", "managed_test", "Mono"),
     ("Unity package: manifest, .meta files, each assembly compiles by itself", "unity_package_test", "Mono's mcs"),
 ]
