@@ -21,7 +21,7 @@ namespace {
 constexpr Duration kShort = Duration::from_seconds(10), kTcpTimeout = Duration::from_seconds(3);
 /// The system's resolver tries each server twice, for five seconds (resolv.conf).
 constexpr Duration kNameTimeout = Duration::from_seconds(20);
-constexpr Duration kFirstFrame = Duration::from_seconds(5), kObserved = Duration::from_seconds(1.5);
+constexpr Duration kFirstFrameTimeout = Duration::from_seconds(5), kObserved = Duration::from_seconds(1.5);
 
 /// Runs checks one after another, prints each, and knows how many had which verdict.
 class Examination {
@@ -170,9 +170,9 @@ void examine_light(Examination& examination, const std::shared_ptr<ProbeState>& 
   live("versions", kFile, check_versions);
   examination.run("frames", kNothingReceived, [state] {
     // A recording may have ended before it is read.
-    (void)state->probe->wait_for_next(std::nullopt, kFirstFrame);
+    (void)state->probe->wait_for_next(std::nullopt, kFirstFrameTimeout);
     std::this_thread::sleep_for(std::chrono::nanoseconds(kObserved.ns));
-    return check_frames(state->arrivals.statistics(), state->probe->info(), kFirstFrame);
+    return check_frames(state->arrivals.statistics(), state->probe->info(), kFirstFrameTimeout);
   });
   // After the frames, because the clock is measured by round trips meanwhile.
   live("clock", kFile, check_clock);
