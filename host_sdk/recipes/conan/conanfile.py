@@ -39,7 +39,7 @@ class LightwellConan(ConanFile):
 
     def export_sources(self):
         for pattern in self.SOURCES:
-            copy(self, pattern, self._root(), self.export_sources_folder, excludes="*/node_modules/*")
+            copy(self, pattern, self._root(), self.export_sources_folder, excludes=("*/node_modules/*", "*/recipes/*"))
 
     def validate(self):
         check_min_cppstd(self, 20)
