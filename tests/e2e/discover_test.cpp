@@ -90,6 +90,25 @@ TEST_F(DiscoverTest, AProbeIsSeenFromAnotherMachineWithVersionCalibrationAndLink
   EXPECT_TRUE(seen_from(cellar_, "attic window", 0)) << "a stopped probe withdraws its announcement";
 }
 
+TEST_F(DiscoverTest, TheDoctorFindsTheProbeAndAMissingAvahi) {
+  Daemon daemon(on(attic_, "attic window"));
+  ASSERT_TRUE(seen_from(cellar_, "\"name\":\"attic window\""));
+  const auto diagnosis = [&] {
+    Child child(tool_command({"doctor", "--json"}), {.environment = {cellar_.environment()}});
+    const ExitStatus status = child.wait();
+    return ToolOutput{status, child.out(), child.err()};
+  };
+  ToolOutput found;
+  EXPECT_TRUE(becomes_true("the doctor sees the probe", [&] {
+    found = diagnosis();
+    return found.out.find("attic window") != std::string::npos;
+  })) << found.out;
+  EXPECT_THAT(found.out, HasSubstr("{\"check\":\"discovery\",\"verdict\":\"ok\""));
+  cellar_.stop_avahi();
+  EXPECT_THAT(diagnosis().out, AllOf(HasSubstr("{\"check\":\"discovery\",\"verdict\":\"fault\""),
+                                     HasSubstr("systemctl start avahi-daemon")));
+}
+
 TEST_F(DiscoverTest, TheAnnouncedHostNameLeadsToTheProbe) {
   DaemonOptions options = on(attic_, "attic");
   options.listen = "0.0.0.0:7420";

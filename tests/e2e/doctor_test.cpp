@@ -19,6 +19,17 @@ std::string check(const std::string& name, const std::string& verdict) {
   return "{\"check\":\"" + name + "\",\"verdict\":\"" + verdict + "\"";
 }
 
+/// The address of a link with this scheme, once the daemon prints it; empty if it ends before.
+std::string address_of(Child& daemon, const std::string& scheme) {
+  std::string out;
+  const bool listens = bool{becomes_true("lightwelld listens", [&] {
+    out = daemon.out();
+    return daemon.exit_status() || out.find(scheme) != std::string::npos;
+  })};
+  const std::size_t begin = out.find(scheme);
+  return listens && begin != std::string::npos ? out.substr(begin, out.find('\n', begin) - begin) : std::string();
+}
+
 class DoctorTest : public SecureDaemonTest {
  protected:
   struct Diagnosis {
@@ -72,13 +83,8 @@ TEST_F(DoctorTest, APairedProbe) {
 TEST_F(DoctorTest, ByWebSocketTheSameStepsFail) {
   Daemon daemon({.camera = "sim:" + folder_.path("room.exr"),
                  .more = {"--web", "127.0.0.1:0", "--web-security", "tls", "--keys", keys()}});
-  std::string out;
-  ASSERT_TRUE(becomes_true("the web link listens", [&] {
-    out = daemon.process().out();
-    return daemon.process().exit_status() || out.find("wss://") != std::string::npos;
-  })) << daemon.process().err();
-  const std::size_t begin = out.find("wss://");
-  const std::string uri = out.substr(begin, out.find('\n', begin) - begin);
+  const std::string uri = address_of(daemon.process(), "wss://");
+  ASSERT_NE(uri, "") << daemon.process().err();
   const std::string port = std::to_string(port_of(uri));
   PairingMode mode({"--web", "127.0.0.1:" + port, "--web-security", "tls", "--keys", keys()}, port_of(daemon.uri()));
   const std::string folder = pair(mode);
@@ -160,15 +166,12 @@ TEST_F(DoctorTest, AProbeThatSendsNothing) {
 
 TEST_F(DoctorTest, TheClockOfAnotherMachineIsMeasured) {
   // Linux time namespaces: the daemon's CLOCK_MONOTONIC is 5000 s ahead.
-  DaemonOptions daemon_options{.camera = "sim:" + folder_.path("room.exr"), .listen = "127.0.0.1:17420"};
-  std::vector<std::string> command = daemon_command(daemon_options);
+  std::vector<std::string> command = daemon_command({.camera = "sim:" + folder_.path("room.exr")});
   command.insert(command.begin(), {"/usr/bin/unshare", "--time", "--monotonic", "5000"});
   Child daemon(command);
-  if (!becomes_true("lightwelld listens",
-                    [&] { return daemon.exit_status() || daemon.out().find("listening") != std::string::npos; }) ||
-      daemon.exit_status())
-    GTEST_SKIP() << "this system has no time namespaces for this user: " << daemon.err();
-  const Diagnosis found = examine({"grpc://127.0.0.1:17420", "--json"});
+  const std::string uri = address_of(daemon, "grpc://");
+  if (uri.empty()) GTEST_SKIP() << "this system has no time namespaces for this user: " << daemon.err();
+  const Diagnosis found = examine({uri, "--json"});
   EXPECT_EQ(found.code, 0) << found.out << found.err;
   EXPECT_THAT(found.out, AllOf(HasSubstr(check("clock", "ok")), HasSubstr("clock is +5000.00")));
   EXPECT_THAT(found.out, HasSubstr(check("frames", "ok"))) << "ages are those of the light, whatever the offset";

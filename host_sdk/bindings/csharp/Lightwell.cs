@@ -3,8 +3,8 @@
 // LightwellCubeMap.cs what is needed, into the project with liblightwell.so beside them (Unity: Assets/Plugins). C# 7.2
 // and .NET Standard 2.0 are enough; there is no unsafe code. Directions and normals are in the probe's frame:
 // right-handed, +X right, +Y up, -Z forward, metres; they need not be normalised. UNITY'S AXES DIFFER: Lighting.ToUnity
-// returns values in Unity's axes, and a normal (x, y, z) of Unity is (x, y, -z) here. Colours are linear Rec. 709, D65: the luminance of irradiance is in lux
-// and of radiance in cd/m² if Units are Absolute.
+// returns values in Unity's axes, and a normal (x, y, z) of Unity is (x, y, -z) here. Colours are linear Rec. 709, D65:
+// the luminance of irradiance is in lux and of radiance in cd/m² if Units are Absolute.
 //
 // A render loop creates one Lighting and calls probe.Latest(light) every frame: lock-free, without waiting or garbage.
 // Any thread may call anything, but a Lighting may be filled only while no other thread uses it.

@@ -29,15 +29,15 @@ namespace Lightwell
         public Rgb MainLightColor { get; }
         public float MainLightLumens { get; }
 
-        /// <summary>Radiance, nine coefficients, all signs positive. Without the main light if both its direction and its
-        /// intensity were requested.</summary>
+        /// <summary>Radiance, nine coefficients, all signs positive. Without the main light if both its direction and
+        /// its intensity were requested.</summary>
         public Rgb[] AmbientSphericalHarmonics => harmonics;
     }
 
     public sealed partial class Lighting
     {
-        /// <summary>`gain`: factor on all light. `neutralIlluminance`: lux that are 1000 "lumens". InvalidArgument if one
-        /// of them is not above 0 and finite. Makes an array.</summary>
+        /// <summary>`gain`: factor on all light. `neutralIlluminance`: lux that are 1000 "lumens". InvalidArgument if
+        /// one of them is not above 0 and finite. Makes an array.</summary>
         public LightEstimate Estimate(LightRequest requested = LightRequest.All, float gain = 1,
                                       float neutralIlluminance = 1000)
         {

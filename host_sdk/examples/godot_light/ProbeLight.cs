@@ -5,8 +5,8 @@ using Lightwell.Managed;
 using Environment = Godot.Environment;
 
 /// <summary>Lights a Godot 4 scene by a probe: this DirectionalLight3D is its main light, and the panorama sky of
-/// `Surroundings` is the rest, for ambient light and reflections. Godot's axes are the probe's. A white surface that faces
-/// an illuminance of NeutralIlluminance has the value 1.</summary>
+/// `Surroundings` is the rest, for ambient light and reflections. Godot's axes are the probe's. A white surface that
+/// faces an illuminance of NeutralIlluminance has the value 1.</summary>
 public partial class ProbeLight : DirectionalLight3D
 {
     [Export] public string Address = "wss://probe.local";
@@ -65,7 +65,8 @@ public partial class ProbeLight : DirectionalLight3D
             LightColor = new Color(e.MainLightColor.R, e.MainLightColor.G, e.MainLightColor.B).LinearToSrgb();
             var d = e.MainLightDirection;
             // It shines along its -Z: away from the light.
-            LookAtFromPosition(Vector3.Zero, new Vector3(-d.X, -d.Y, -d.Z), Math.Abs(d.Y) < 0.99f ? Vector3.Up : Vector3.Right);
+            var up = Math.Abs(d.Y) < 0.99f ? Vector3.Up : Vector3.Right;
+            LookAtFromPosition(Vector3.Zero, new Vector3(-d.X, -d.Y, -d.Z), up);
         }
         if (Surroundings == null) return;
         Paint(e.AmbientSphericalHarmonics, (float)(Math.PI / NeutralIlluminance) * weight);
@@ -79,7 +80,7 @@ public partial class ProbeLight : DirectionalLight3D
         Surroundings.AmbientLightSource = Environment.AmbientSource.Sky;
     }
 
-    /// <summary>The radiance of nine coefficients as an equirectangular picture: -Z at its edges, +Y at its top.</summary>
+    /// <summary>The radiance of nine coefficients as an equirectangular picture: -Z at its edges, +Y on top.</summary>
     private void Paint(Rgb[] h, float scale)
     {
         for (var row = 0; row < Height; ++row)

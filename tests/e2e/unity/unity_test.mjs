@@ -91,15 +91,16 @@ test("the sample component sets Unity's sun and ambient light, in Unity's axes",
 });
 
 test("the sample provider gives AR Foundation the light of a probe", () => {
-  const text = execFileSync(mono, [join(programs, "ArFoundationTest.exe"), process.env.LIGHTWELL_ANSWERS, daemon.address],
-                            { env, encoding: "utf8" });
+  const program = join(programs, "ArFoundationTest.exe");
+  const text = execFileSync(mono, [program, process.env.LIGHTWELL_ANSWERS, daemon.address],
+                            { env, encoding: "utf8", timeout: 60000 });
   assert.match(text, /^lumens \d/m);
   assert.match(text, / 0 wrong$/m);
 });
 
 test("the sample node gives Godot the light of a probe", () => {
   const text = execFileSync(mono, [join(programs, "GodotTest.exe"), process.env.LIGHTWELL_ANSWERS, daemon.address],
-                            { env, encoding: "utf8" });
+                            { env, encoding: "utf8", timeout: 60000 });
   assert.match(text, /^sky \d/m);
   assert.match(text, / 0 wrong$/m);
 });

@@ -64,7 +64,8 @@ static void line_is_that_of_cpp(char* word, char* rest, lw_lighting* light) {
   } else if (strcmp(word, "temperature") == 0) {
     const float rgb[3] = {(float)v[0], (float)v[1], (float)v[2]};
     double kelvin = -1, duv = -1;
-    CHECK(n == 5 && lw_color_temperature(rgb, &kelvin, &duv) == LW_OK && kelvin == v[3] && duv == v[4]);
+    CHECK(n == 5 && lw_color_temperature(rgb, &kelvin, &duv) == LW_OK && fabs(kelvin - v[3]) <= 1e-12 * v[3]);
+    CHECK(fabs(duv - v[4]) <= 1e-14);
     ++temperatures;
   } else if (strcmp(word, "fade") == 0) {
     float weight = -1;

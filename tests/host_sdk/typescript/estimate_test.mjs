@@ -1,4 +1,4 @@
-// Light estimates of the TypeScript module against the results of C++. Format of the file: answers/estimate_answers.hpp.
+// Light estimates of the TypeScript module against those of C++. Format of the file: answers/estimate_answers.hpp.
 // usage: node --test estimate_test.mjs; environment: that of typescript_test.mjs
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
@@ -15,8 +15,10 @@ const validities = ["valid", "stale", "none", "before_history", "invalid_query"]
 
 /** Floats of C++ have seven digits. */
 function near(got, expected, size, what) {
-  got.forEach((v, i) =>
-    assert.ok(Math.abs(v - expected[i]) <= 1e-6 * Math.max(size, Math.abs(expected[i])), `${what}: ${v}, ${expected[i]}`));
+  got.forEach((v, i) => {
+    const most = 1e-6 * Math.max(size, Math.abs(expected[i]));
+    assert.ok(Math.abs(v - expected[i]) <= most, `${what}: ${v}, ${expected[i]}`);
+  });
 }
 
 function estimateIsThatOfCpp(light, [requested, gain, neutralIlluminance, validity, available, ...v]) {
@@ -76,5 +78,6 @@ test("options that are not allowed give no values", () => {
   assert.throws(() => fadeWeight(0, -1), /hold/);
   assert.throws(() => fadeWeight(0, 0, NaN), /fade/);
   assert.equal(fadeWeight(NaN), 0);
-  for (const color of [[0, 0, 0], [0, 1, 0], [NaN, 1, 1], [Infinity, 1, 1]]) assert.equal(colorTemperature(color), null);
+  for (const color of [[0, 0, 0], [0, 1, 0], [NaN, 1, 1], [Infinity, 1, 1]])
+    assert.equal(colorTemperature(color), null);
 });

@@ -47,8 +47,9 @@ internal static class ArFoundationTest
         var request = LightwellCameraSubsystem.RequestOf(Feature.LightEstimationAmbientSphericalHarmonics);
         Check(request == LightRequest.AmbientSphericalHarmonics, "one feature");
         var frame = LightwellCameraSubsystem.FrameOf(light, request, 0);
-        Check(frame.properties == (XRCameraFrameProperties.Timestamp | XRCameraFrameProperties.AmbientSphericalHarmonics),
-              "harmonics alone");
+        const XRCameraFrameProperties alone =
+            XRCameraFrameProperties.Timestamp | XRCameraFrameProperties.AmbientSphericalHarmonics;
+        Check(frame.properties == alone, "harmonics alone");
         var whole = light.ToUnity(UnityPipeline.Universal, MainLight.InHarmonics, Math.PI / 1000);
         Check(Near(frame.Harmonics[0, 0], whole.SphericalHarmonicsL2[0]), "they hold the main light, too");
         var all = Feature.LightEstimationAmbientIntensity | Feature.LightEstimationAmbientColor |
@@ -95,7 +96,8 @@ internal static class ArFoundationTest
     private static int Main(string[] arguments)
     {
         // The last message of the file has lights.
-        var hex = File.ReadLines(arguments[0] + "/estimates.txt").Last(line => line.StartsWith("message ")).Substring(8);
+        var last = File.ReadLines(arguments[0] + "/estimates.txt").Last(line => line.StartsWith("message "));
+        var hex = last.Substring(8);
         var descriptor = Descriptor.Decode(Enumerable.Range(0, hex.Length / 2)
             .Select(i => Convert.ToByte(hex.Substring(2 * i, 2), 16)).ToArray());
         AllOfTheLight(new Lighting(descriptor));
@@ -104,7 +106,8 @@ internal static class ArFoundationTest
         typeof(LightwellCameraSubsystem).GetMethod("Register", BindingFlags.Static | BindingFlags.NonPublic)
             .Invoke(null, null);
         var registered = XRCameraSubsystemDescriptor.Registered;
-        Check(registered.id == LightwellCameraSubsystem.Id && registered.supportsAverageIntensityInLumens, "registered");
+        Check(registered.id == LightwellCameraSubsystem.Id, "registered");
+        Check(registered.supportsAverageIntensityInLumens, "what it supports");
         if (arguments.Length > 1) TheProviderOf(arguments[1]);
         Console.WriteLine(checks + " checks, " + wrong + " wrong");
         return wrong == 0 ? 0 : 1;

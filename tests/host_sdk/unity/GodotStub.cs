@@ -50,8 +50,8 @@ namespace Godot
         public float LightEnergy { get; set; }
         public Color LightColor { get; set; }
 
-        public void LookAtFromPosition(Vector3 position, Vector3 target, Vector3? up = null, bool useModelFront = false) =>
-            Target = target;
+        public void LookAtFromPosition(Vector3 position, Vector3 target, Vector3? up = null,
+                                       bool useModelFront = false) => Target = target;
     }
 
     public class Image

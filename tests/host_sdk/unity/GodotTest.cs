@@ -38,7 +38,7 @@ internal static class GodotTest
         var d = e.MainLightDirection;
         Check(node.Target.X == -d.X && node.Target.Y == -d.Y && node.Target.Z == -d.Z, "it shines away from the lamp");
         var whole = PictureOf(node);
-        // Energy that the picture and the lamp give to a surface above and below, against the irradiance of the queries.
+        // What the picture and the lamp give to a surface above and below, against the irradiance of the queries.
         foreach (var up in new[] { 1, -1 })
         {
             double sum = 0;
@@ -53,7 +53,8 @@ internal static class GodotTest
             var lamp = node.LightEnergy * e.MainLightColor.G * Math.PI * Math.Max(0, up * d.Y);
             var expected = new Lighting(descriptor).Irradiance(new Vec3(0, up, 0)).Value.G * Math.PI / 500;
             // Texels of 11 degrees.
-            Check(Math.Abs(sum + lamp - expected) < 0.02 * expected, "irradiance " + (sum + lamp) + ", not " + expected);
+            Check(Math.Abs(sum + lamp - expected) < 0.02 * expected,
+                  "irradiance " + (sum + lamp) + ", not " + expected);
         }
         node.Show(e, 0.5f);
         Check(Math.Abs(PictureOf(node)[0] - whole[0] / 2) < 1e-6 * whole[0], "half the sky");

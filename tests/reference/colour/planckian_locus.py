@@ -4,8 +4,8 @@
 usage: planckian_locus.py ROOT            check: fails if a table of the tree differs
        planckian_locus.py ROOT --write    write the tables
        planckian_locus.py --self-test     check that the checker can fail
-CIE 1960 u, v of black bodies of 1000 K * 1.02^(i - 1), by Planck's law (c2 = 1.4388e-2 m K, CIE 15:2004) and the colour matching
-functions of cie1931.csv beside this program, summed at every nanometre.
+CIE 1960 u, v of black bodies of 1000 K * 1.02^(i - 1), by Planck's law (c2 = 1.4388e-2 m K, CIE 15:2004) and the colour
+matching functions of cie1931.csv beside this program, summed at every nanometre.
 """
 
 import math

@@ -60,8 +60,8 @@ class Estimates:
     """Methods of Lighting."""
 
     def estimate(self, requested=LightRequest.ALL, *, gain=1, neutral_illuminance=1000):
-        """A LightEstimate. gain: factor on all light. neutral_illuminance: lux that are 1000 "lumens". Error for a gain or
-        an illuminance that is not above 0 and finite."""
+        """A LightEstimate. gain: factor on all light. neutral_illuminance: lux that are 1000 "lumens". Error for a gain
+        or an illuminance that is not above 0 and finite."""
         options = take("lw_light_estimate_options")
         options.requested, options.gain, options.neutral_illuminance = requested, gain, neutral_illuminance
         out = take("lw_light_estimate")

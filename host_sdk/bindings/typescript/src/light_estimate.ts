@@ -59,8 +59,8 @@ const xyzOfRgb = [
   [0.0193308187155918, 0.1191947797946259, 0.9505321522496608],
 ];
 
-/** The point of the locus between entries k and k + 1 that is nearest to (u, v): by Newton's method on the cubic of Catmull
- *  and Rom through entries k - 1 to k + 2. */
+/** The point of the locus between entries k and k + 1 that is nearest to (u, v): by Newton's method on the cubic of
+ *  Catmull and Rom through entries k - 1 to k + 2. */
 function nearestIn(k: number, u: number, v: number): { squared: number; position: number; above: number } {
   const cubic = (offset: number) => {
     const [p, q, r, s] = [k - 1, k, k + 1, k + 2].map((i) => planckianLocus[2 * i + offset]);
@@ -80,8 +80,8 @@ function nearestIn(k: number, u: number, v: number): { squared: number; position
   return { squared: (pu - u) ** 2 + (pv - v) ** 2, position: k + t, above: v - pv };
 }
 
-/** Correlated colour temperature of a linear Rec. 709 colour; null where it has no meaning: black, more than 0.05 from the
- *  Planckian locus, below 1,000 K or above 100,000 K. Within 0.03 % of the integration of Planck's law. */
+/** Correlated colour temperature of a linear Rec. 709 colour; null where it has no meaning: black, more than 0.05 from
+ *  the Planckian locus, below 1,000 K or above 100,000 K. Within 0.03 % of the integration of Planck's law. */
 export function colorTemperature(color: Rgb): ColorTemperature | null {
   const rgb = color.map(Math.fround);
   const [x, y, z] = xyzOfRgb.map((row) => row[0] * rgb[0] + row[1] * rgb[1] + row[2] * rgb[2]);
@@ -156,9 +156,9 @@ export function estimateLight(lighting: Lighting, options: LightEstimateOptions 
   return out;
 }
 
-/** Weight of the light of a probe at an age: 1 up to `holdMs`, 0 after `holdMs + fadeMs`, without kinks between them. Light
- *  with weight * probe + (1 - weight) * own. For light that comes back, 1 - fadeWeight(time since then, 0, fadeMs). Throws
- *  RangeError for a time that is negative or NaN. */
+/** Weight of the light of a probe at an age: 1 up to `holdMs`, 0 after `holdMs + fadeMs`, without kinks between them.
+ *  Light with weight * probe + (1 - weight) * own. For light that comes back, 1 - fadeWeight(time since then, 0,
+ *  fadeMs). Throws RangeError for a time that is negative or NaN. */
 export function fadeWeight(ageMs: number, holdMs = 250, fadeMs = 500): number {
   if (!(holdMs >= 0)) throw new RangeError(`hold: ${holdMs} ms is negative`);
   if (!(fadeMs >= 0)) throw new RangeError(`fade: ${fadeMs} ms is negative`);

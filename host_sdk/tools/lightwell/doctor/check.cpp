@@ -1,5 +1,6 @@
 #include "doctor/check.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 #include <future>

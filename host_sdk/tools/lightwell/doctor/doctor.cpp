@@ -1,10 +1,13 @@
 // `lightwell doctor`: the order of the checks, their output and the exit code.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <iterator>
 #include <map>
 #include <memory>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -21,7 +24,7 @@ namespace {
 constexpr Duration kShort = Duration::from_seconds(10), kTcpTimeout = Duration::from_seconds(3);
 /// The system's resolver tries each server twice, for five seconds (resolv.conf).
 constexpr Duration kNameTimeout = Duration::from_seconds(20);
-constexpr Duration kFirstFrame = Duration::from_seconds(5), kObserved = Duration::from_seconds(1.5);
+constexpr Duration kFirstFrameTimeout = Duration::from_seconds(5), kObserved = Duration::from_seconds(1.5);
 
 /// Runs checks one after another, prints each, and knows how many had which verdict.
 class Examination {
@@ -49,6 +52,17 @@ class Examination {
       print(name, finding);
     std::fflush(stdout);
     return finding.verdict;
+  }
+
+  /// Reports checks that depend on one that failed: in one line, unless it is JSON.
+  void skip(const std::vector<std::string>& names, const std::string& why) {
+    if (json_) {
+      for (const std::string& name : names) report(name, kOk, not_checked(why));
+      return;
+    }
+    counts_[Verdict::not_checked] += static_cast<int>(names.size());
+    std::printf("%-12s %s: %s\n", std::string(to_string(Verdict::not_checked)).c_str(), joined(names).c_str(),
+                printable(why).c_str());
   }
 
   /// Prints the sum and returns the exit code; ends the process if a check still runs in a thread that was left behind.
@@ -103,11 +117,8 @@ constexpr const char* kChecksOfProbe[] = {"reachable", "credentials", "TLS",    
 
 /// Reports that all checks from `first` on are not checked.
 void skip_from(Examination& examination, std::string_view first, const std::string& why) {
-  bool begun = false;
-  for (const char* const name : kChecksOfProbe) {
-    begun = begun || name == first;
-    if (begun) examination.report(name, kFile, not_checked(why));
-  }
+  const auto* const begin = std::ranges::find(kChecksOfProbe, first);
+  examination.skip({begin, std::end(kChecksOfProbe)}, why);
 }
 
 /// Whether the network leads to the probe.
@@ -170,9 +181,9 @@ void examine_light(Examination& examination, const std::shared_ptr<ProbeState>& 
   live("versions", kFile, check_versions);
   examination.run("frames", kNothingReceived, [state] {
     // A recording may have ended before it is read.
-    (void)state->probe->wait_for_next(std::nullopt, kFirstFrame);
+    (void)state->probe->wait_for_next(std::nullopt, kFirstFrameTimeout);
     std::this_thread::sleep_for(std::chrono::nanoseconds(kObserved.ns));
-    return check_frames(state->arrivals.statistics(), state->probe->info(), kFirstFrame);
+    return check_frames(state->arrivals.statistics(), state->probe->info(), kFirstFrameTimeout);
   });
   // After the frames, because the clock is measured by round trips meanwhile.
   live("clock", kFile, check_clock);

@@ -57,7 +57,7 @@ ConnectionFindings check_connection(const std::optional<NetworkAddress>& address
                            "the probe does not know this client any more, or its token has expired: pair again "
                            "(`lightwelld --pair` there, `lightwell pair` here)")};
   const char* const remedy =
-      !address                        ? "see the message"
+      !address                        ? ""
       : address->peer == Peer::broker ? "is the probe connected to this broker, with this topic (--mqtt)?"
       : encrypted                     ? "does the probe use TLS at this port (--security tls), and is this its port?"
                   : "if the probe uses TLS (--security tls), use grpcs:// or wss:// and pair; is this "

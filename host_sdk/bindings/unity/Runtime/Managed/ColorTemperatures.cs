@@ -8,9 +8,9 @@ namespace Lightwell.Managed
         private const double MaxDuv = 0.05;
         private static readonly int Entries = PlanckianLocus.Uv.Length / 2;
 
-        /// <summary>Of a linear Rec. 709 colour, K, and its distance from the Planckian locus in CIE 1960 u, v (positive
-        /// above it). False where it has no meaning: black, more than 0.05 from the locus, below 1,000 K or above
-        /// 100,000 K.</summary>
+        /// <summary>Of a linear Rec. 709 colour, K, and its distance from the Planckian locus in CIE 1960 u, v
+        /// (positive above it). False where it has no meaning: black, more than 0.05 from the locus, below 1,000 K or
+        /// above 100,000 K.</summary>
         public static bool TryGet(Rgb color, out double kelvin, out double duv)
         {
             kelvin = duv = 0;
@@ -31,7 +31,8 @@ namespace Lightwell.Managed
             var nearest = below.Squared < above.Squared ? below : above;
             var found = PlanckianLocus.Lowest * Math.Pow(PlanckianLocus.Step, nearest.Position - 1);
             var distance = Math.Sqrt(nearest.Squared) * (nearest.Above < 0 ? -1 : 1);
-            if (!(nearest.Position > 1 && found <= PlanckianLocus.Highest && Math.Abs(distance) <= MaxDuv)) return false;
+            if (!(nearest.Position > 1 && found <= PlanckianLocus.Highest && Math.Abs(distance) <= MaxDuv))
+                return false;
             kelvin = found;
             duv = distance;
             return true;

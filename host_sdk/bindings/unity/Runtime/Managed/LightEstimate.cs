@@ -21,8 +21,8 @@ namespace Lightwell.Managed
         public float Duv { get; private set; }
         /// <summary>Linear, largest channel 1.</summary>
         public Rgb AmbientColor { get; private set; }
-        /// <summary>Radiance, nine coefficients, all signs positive. Without the main light if both its direction and its
-        /// intensity were requested.</summary>
+        /// <summary>Radiance, nine coefficients, all signs positive. Without the main light if both its direction and
+        /// its intensity were requested.</summary>
         public Rgb[] AmbientSphericalHarmonics { get; } = new Rgb[LightSplit.Count];
         /// <summary>Towards the main light, unit; in the probe's axes, not Unity's.</summary>
         public Vec3 MainLightDirection { get; private set; }
@@ -56,7 +56,8 @@ namespace Lightwell.Managed
             }
             if (!Has(requested, LightRequest.AmbientColor) || !(Luminance(mean) > 0)) return;
             AmbientColor = Pure(mean);
-            if (ColorTemperatures.TryGet(new Rgb((float)mean.X, (float)mean.Y, (float)mean.Z), out var kelvin, out var duv))
+            var color = new Rgb((float)mean.X, (float)mean.Y, (float)mean.Z);
+            if (ColorTemperatures.TryGet(color, out var kelvin, out var duv))
             {
                 ColorTemperature = (float)kelvin;
                 Duv = (float)duv;

@@ -1,4 +1,4 @@
-// Nine coefficients of radiance and the separated main light, in Lightwell's axes: what conversions and estimates share.
+// Nine coefficients of radiance and the separated main light, in Lightwell's axes: for conversions and estimates.
 using System;
 
 namespace Lightwell.Managed

@@ -5,10 +5,9 @@ using UnityEngine;
 using UnityEngine.Rendering;
 using UnityEngine.XR.ARSubsystems;
 
-/// <summary>A camera subsystem of AR Foundation 6 that gives the light of a probe, and no picture: an ARCameraManager then
-/// raises frameReceived with lightEstimation. An XR loader creates it by its id, as any provider:
-/// CreateSubsystem&lt;XRCameraSubsystemDescriptor, XRCameraSubsystem&gt;(descriptors, LightwellCameraSubsystem.Id). For headsets
-/// whose own plug-in has no camera subsystem. The world has the probe's axes, with +Z where the probe's -Z is.</summary>
+/// <summary>A camera subsystem of AR Foundation 6 that gives the light of a probe, and no picture: an ARCameraManager
+/// then raises frameReceived with lightEstimation. For headsets whose own plug-in has no camera subsystem: an XR loader
+/// creates this one by its id. The world has the probe's axes, with +Z where the probe's -Z is.</summary>
 public sealed class LightwellCameraSubsystem : XRCameraSubsystem
 {
     public const string Id = "Lightwell-Camera";
