@@ -65,6 +65,9 @@ function(lightwell_install_sdk)
           ARCHIVE COMPONENT development
           INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
   install(EXPORT lightwellCTargets NAMESPACE lightwell:: DESTINATION "${package_dir}" COMPONENT development)
+  # ../.. or, with a folder for each architecture below lib, ../../..
+  cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX
+             BASE_DIRECTORY "${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_LIBDIR}/pkgconfig" OUTPUT_VARIABLE prefix_from_pkgconfig)
   configure_file("${PROJECT_SOURCE_DIR}/cmake/lightwell.pc.in" "${PROJECT_BINARY_DIR}/lightwell.pc" @ONLY)
   install(FILES "${PROJECT_BINARY_DIR}/lightwell.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig"
           COMPONENT development)

@@ -300,8 +300,8 @@ def base() -> Base:
 
 
 def _install_packages(build: Path, folder: Path, root: Path) -> None:
-    """Makes Debian packages of `build` in `folder` and unpacks them by dpkg into `root`. No script of theirs runs, as of
-    no other package of the board: hil/image has the user, and enabling the service is a link."""
+    """Makes Debian packages of `build` in `folder` and unpacks them by dpkg into `root`. Their scripts do not run, as
+    those of no other package of the board: hil/image has the user, and enabling the service is a link."""
     components = ";".join(f"{name};{name}-debian" for name in COMPONENTS)
     _run("cpack", "--config", build / "CPackConfig.cmake", "-B", folder, "-D", f"CPACK_COMPONENTS_ALL={components}",
          "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=gzip")
@@ -317,8 +317,8 @@ def _install_packages(build: Path, folder: Path, root: Path) -> None:
 
 
 def firmware(build: Path) -> Path:
-    """The disk that the board has below its base (hil/image/initrd_init): the Debian packages of `build` in COMPONENTS,
-    and the panoramas of simulated cameras. Raises ImageError if the build is missing or incomplete."""
+    """The disk that the board has below its base (hil/image/initrd_init): the Debian packages of `build`, and the
+    panoramas of simulated cameras. Raises ImageError if the build is missing or incomplete."""
     if not (build / "CMakeCache.txt").exists():
         raise ImageError(f"{build} is not a configured build: run cmake --preset board-aarch64")
     panoramas = _run(REPOSITORY / "cmake/fetch_panoramas").strip()

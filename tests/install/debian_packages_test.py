@@ -177,6 +177,8 @@ class Installed(unittest.TestCase):
         self.root.run("sh", "-c", "cc -o /tmp/by_pkg_config /tmp/c_consumer/main.c "
                                   "$(pkg-config --cflags --libs lightwell)")
         self.assertRegex(self.root.run("/tmp/by_pkg_config"), r"^lightwell \d+\.\d+\.\d+\n$")
+        include = self.root.run("pkg-config", "--variable=includedir", "lightwell").strip()
+        self.assertEqual(os.path.normpath(include), "/usr/include")
         self.assertEqual(self.libraries_without_a_dependency("/tmp/consumer/build/consumer"), set())
 
     def libraries_without_a_dependency(self, program):
