@@ -1,6 +1,5 @@
 // The tests of tests/host_sdk/typescript that compare with the results of C++ (golden messages, a recording, damaged
 // messages), unchanged in headless Chromium. usage: node --test chromium_answers_test.mjs; environment:
-// LIGHTWELL_MODULE (lightwell.js), LIGHTWELL_ANSWERS, LIGHTWELL_TYPESCRIPT_TESTS (folders), that of ../dashboard/browser.mjs
 import assert from "node:assert/strict";
 import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -51,7 +50,8 @@ test("a test that fails in the page is seen to fail", async () => {
   writeFileSync(join(folder, "failing.mjs"),
     'import assert from "node:assert/strict"; import { test } from "node:test";\n' +
     'test("equal", () => assert.equal(1, 2)); test("deep", () => assert.deepEqual([1, { a: 0 }], [1, { a: -0 }]));\n' +
-    'test("throws", () => assert.throws(() => {}, /x/)); test("passes", () => assert.deepEqual(new Set([1]), new Set([1])));');
+    'test("throws", () => assert.throws(() => {}, /x/));\n' +
+    'test("passes", () => assert.deepEqual(new Set([1]), new Set([1])));');
   const page = await browser.newPage();
   await page.goto(`${server.origin}/tests.html`);
   await page.until("globalThis.resultsOf");

@@ -1,6 +1,6 @@
-// What the tests of tests/host_sdk/typescript use of Node, for a page, so that they run unchanged in a browser: the page's
-// import map names this module for node:assert/strict, node:fs, node:test and node:url. Assertions compare as Node's
-// strict ones do, except that prototypes may differ.
+// What the tests of tests/host_sdk/typescript use of Node, for a page, so that they run unchanged in a browser: the
+// page's import map names this module for node:assert/strict, node:fs, node:test and node:url. Assertions compare as
+// Node's strict ones do, except that prototypes may differ.
 class Bytes extends Uint8Array {
   static from(given) {
     const bytes = typeof given === "string" ? new TextEncoder().encode(given) : given;
