@@ -41,7 +41,7 @@ endif()
 string(TIMESTAMP package_date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 set(package_documents "${PROJECT_BINARY_DIR}/debian")
 configure_file("${CMAKE_CURRENT_LIST_DIR}/debian/changelog.in" "${package_documents}/changelog.Debian" @ONLY)
-configure_file("${PROJECT_SOURCE_DIR}/CHANGELOG.md" "${package_documents}/changelog" COPYONLY)
+file(COPY_FILE "${PROJECT_SOURCE_DIR}/CHANGELOG.md" "${package_documents}/changelog")
 execute_process(COMMAND gzip -9nf changelog.Debian changelog WORKING_DIRECTORY "${package_documents}" COMMAND_ERROR_IS_FATAL ANY)
 
 get_cmake_property(components COMPONENTS)

@@ -29,6 +29,7 @@ if (BUILD / "bin/ar_viewer").exists():
     PROGRAMS.append("ar_viewer")
 cannot_install = ""
 packages: dict[str, Path] = {}  # by name
+lintian: subprocess.Popen | None = None
 
 
 def setUpModule():
@@ -40,6 +41,11 @@ def setUpModule():
         output_of(Path(CMAKE).with_name("cpack"), "--config", BUILD / "CPackConfig.cmake", "-B", folder,
                   "-D", "CPACK_DEBIAN_COMPRESSION_TYPE=gzip")
     packages.update({path.name.split("_")[0]: path for path in folder.glob("*.deb")})
+    if shutil.which("lintian"):  # Runs beside the tests.
+        global lintian
+        lintian = subprocess.Popen(["lintian", "--fail-on", "error", "--tag-display-limit", "0", *packages.values()],
+                                   text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        unittest.addModuleCleanup(lintian.kill)
 
 
 def field(package: Path, name: str) -> str:
@@ -57,19 +63,10 @@ def files_below(folder: Path) -> set[str]:
 
 
 class Packages(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.packages = packages
-        cls.lintian = None
-        if shutil.which("lintian"):  # Runs beside the other tests.
-            cls.lintian = subprocess.Popen(
-                ["lintian", "--fail-on", "error", "--tag-display-limit", "0", *cls.packages.values()],
-                text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
-
     def test_there_are_five_of_one_version(self):
-        self.assertEqual(set(self.packages), NAMES)
-        version = field(self.packages["lightwelld"], "Version")
-        for name, path in self.packages.items():
+        self.assertEqual(set(packages), NAMES)
+        version = field(packages["lightwelld"], "Version")
+        for name, path in packages.items():
             with self.subTest(name):
                 self.assertEqual(field(path, "Version"), version)
                 native = output_of("dpkg", "--print-architecture").strip()
@@ -83,7 +80,7 @@ class Packages(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             output_of(CMAKE, "--install", BUILD, "--prefix", "/usr", env=os.environ | {"DESTDIR": name})
             installed = files_below(Path(name))
-        packaged = [path for package in self.packages.values() for path in files_of(package)]
+        packaged = [path for package in packages.values() for path in files_of(package)]
         self.assertEqual(len(packaged), len(set(packaged)), "a file is in two packages")
         documents = ("/usr/share/doc/", "/usr/share/lintian/")
         added = {path for path in set(packaged) - installed if not path.startswith(documents)}
@@ -91,16 +88,16 @@ class Packages(unittest.TestCase):
         self.assertEqual(installed - set(packaged), set())
 
     def test_the_library_tells_others_its_package_and_asks_for_ldconfig(self):
-        library = self.packages["liblightwell1"]
+        library = packages["liblightwell1"]
         shlibs = f"liblightwell 1 liblightwell1 (>= {field(library, 'Version')})\n"
         self.assertEqual(output_of("dpkg-deb", "--info", library, "shlibs"), shlibs)
         self.assertEqual(output_of("dpkg-deb", "--info", library, "triggers"), "activate-noawait ldconfig\n")
 
     def test_zz_lintian_finds_no_error(self):
-        if self.lintian is None:
+        if lintian is None:
             self.skipTest("lintian is not installed")
-        found, _ = self.lintian.communicate()
-        self.assertEqual(self.lintian.returncode, 0, found)
+        found, _ = lintian.communicate()
+        self.assertEqual(lintian.returncode, 0, found)
 
     def test_each_override_has_a_reason(self):
         for file in (HERE.parents[1] / "cmake/debian").rglob("lintian-overrides"):
