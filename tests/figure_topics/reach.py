@@ -49,6 +49,10 @@ NODE = [
     ("AR Foundation sample compiles, and gives Unity the light", "ArFoundation_sample_test",
      "Mono, AR Foundation's classes as a stub"),
     ("Godot sample compiles, and sets light and sky", "Godot_sample_test", "Mono, Godot's classes as a stub"),
+    ("Unreal sample compiles, and sets light and sky", "unreal_light_sample_test",
+     "GCC without exceptions and RTTI, Unreal's headers as stubs"),
+    ("colour temperature, lumens, gain, fade, choice: C's answers are C++'s (Python, C#, TypeScript: rows above)",
+     "c_estimate_test", "recordings"),
     ("Managed C# client: golden answers and damaged messages as in C++", "managed_test", "Mono"),
     ("Unity package: manifest, .meta files, each assembly compiles by itself", "unity_package_test", "Mono's mcs"),
 ]
