@@ -264,9 +264,9 @@ TEST(DoctorFrames, NoneSlowAndFresh) {
   EXPECT_THAT(check_frames({}, info, Duration::from_seconds(5)), is(Verdict::fault, "is it plugged in"));
   info.counters.frames = 100;
   EXPECT_THAT(check_frames({}, info, Duration::from_seconds(5)), is(Verdict::fault, "counts 100 frames"));
-  const Duration fresh{20'000'000}, old{260'000'000};
-  EXPECT_THAT(check_frames({30, 30, fresh, old}, info, {}), is(Verdict::ok, "30.0 a second"));
-  EXPECT_THAT(check_frames({30, 30, old, old}, info, {}), is(Verdict::warning, "stale by default"));
+  constexpr double kFreshMs = 20, kOldMs = 260;
+  EXPECT_THAT(check_frames({30, 30, kFreshMs, kOldMs}, info, {}), is(Verdict::ok, "30.0 a second"));
+  EXPECT_THAT(check_frames({30, 30, kOldMs, kOldMs}, info, {}), is(Verdict::warning, "stale by default"));
 }
 
 TEST(DoctorFrames, TheRecorderCountsAndMeasures) {
@@ -278,8 +278,8 @@ TEST(DoctorFrames, TheRecorderCountsAndMeasures) {
   const ArrivalStatistics s = recorder.statistics();
   EXPECT_EQ(s.count, 3U);
   EXPECT_DOUBLE_EQ(s.per_second, 2);
-  EXPECT_EQ(s.age_median.ns, 11);
-  EXPECT_EQ(s.age_max.ns, 12);
+  EXPECT_DOUBLE_EQ(s.age_median_ms, 11e-6);
+  EXPECT_DOUBLE_EQ(s.age_max_ms, 12e-6);
 }
 
 TEST(DoctorLosses, EachIsNamed) {

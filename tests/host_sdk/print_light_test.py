@@ -12,12 +12,12 @@ import re
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
+
+from simulated_probe import TIMEOUT_S, SimulatedProbe
 
 NATIVE = pathlib.Path(sys.argv[1])
 COMMAND = sys.argv[2:]
-TIMEOUT_S = 60
 
 
 def wine_local_app_data():
@@ -27,33 +27,6 @@ def wine_local_app_data():
         return None
     folders = list(pathlib.Path(prefix[0]).glob("drive_c/users/*/AppData/Local"))
     return next(folder for folder in folders if "Public" not in folder.parts)
-
-
-class Daemon:
-    def __init__(self, folder, *options):
-        # A file never blocks the daemon as a pipe would.
-        self.log = pathlib.Path(folder) / "lightwelld.log"
-        with self.log.open("w") as log:
-            self.process = subprocess.Popen(
-                [NATIVE / "lightwelld", "--camera", "sim:city", "--size", "160x120", *options], stdout=log,
-                stderr=subprocess.STDOUT)
-
-    def text_after(self, pattern):
-        """Waits for a line of the daemon that matches; returns the pattern's groups."""
-        end = time.monotonic() + TIMEOUT_S
-        while time.monotonic() < end and self.process.poll() is None:
-            found = re.search(pattern, self.log.read_text())
-            if found:
-                return found.groups()
-            time.sleep(0.05)
-        raise AssertionError(f"lightwelld printed no {pattern}: {self.log.read_text()}")
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        self.process.wait()
 
 
 def print_light(uri, environment=None):
@@ -71,7 +44,7 @@ class PrintLight(unittest.TestCase):
         self.addCleanup(self.folder.cleanup)
 
     def daemon(self, *options):
-        return Daemon(self.folder.name, "--listen", "127.0.0.1:0", *options)
+        return SimulatedProbe(NATIVE, self.folder.name, *options)
 
     def assert_light(self, printed, uri, environment=None):
         self.assertEqual(printed.returncode, 0, printed.stderr)
@@ -107,8 +80,8 @@ class PrintLight(unittest.TestCase):
             self.assertIn("pair with the probe", refused.stderr)
             web = uri.partition("://")[2]
             with tempfile.TemporaryDirectory() as pairing_folder, \
-                    Daemon(pairing_folder, "--listen", "127.0.0.1:0", "--web", web, *keys, "--pair", "--pair-listen",
-                           "127.0.0.1:0") as pairing:
+                    SimulatedProbe(NATIVE, pairing_folder, "--web", web, *keys, "--pair", "--pair-listen",
+                                   "127.0.0.1:0") as pairing:
                 where, code = pairing.text_after(r"pairing on (\S+) for .*code (\d{6})\n")
                 subprocess.run([NATIVE / "lightwell", "pair", where, "--code", code, "--name", "desk"], check=True,
                                capture_output=True, env={**os.environ, **environment})

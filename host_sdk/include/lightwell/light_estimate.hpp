@@ -33,7 +33,7 @@ inline constexpr double kMaxDuv = 0.05;
 
 /// What an application wants to know: bits, with the numbers of AR Foundation's LightEstimation. An application that
 /// leaves one out gets nothing from which it could be computed, except that harmonics hold all light, blurred.
-/// Harmonics alone tell least about a room: no direction of a lamp sharper than 60 degrees.
+/// Harmonics alone tell least about a room: no direction of a light sharper than 60 degrees.
 enum class LightRequest : std::uint32_t {
   none = 0,
   ambient_intensity = 1U << 0,
@@ -69,7 +69,7 @@ struct LightEstimate {
   LightRequest available = LightRequest::none;
   /// ARKit's ambientIntensity, AR Foundation's averageIntensityInLumens: 1000 * gain * mean_illuminance /
   /// neutral_illuminance. Platforms say "lumens"; the quantity is an illuminance (lumens per square metre) in a
-  /// picture's exposure, not the luminous flux of a lamp.
+  /// picture's exposure, not the luminous flux of a light source.
   float ambient_lumens = 0;
   /// Mean of the illuminance over all orientations of a surface, lux: pi times the mean luminance, a quarter of the
   /// spherical illuminance (CIE S 017, 17-21-063). Main light included; times gain.

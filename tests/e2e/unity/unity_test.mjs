@@ -19,6 +19,7 @@ const folder = mkdtempSync(join(tmpdir(), "lightwell-unity-"));
 const env = { PATH: process.env.PATH, HOME: folder };
 /** writePanorama(): azimuth 40°, elevation 30°. */
 const lamp = [0.557, 0.5, -0.663];
+const started = [];
 let daemon;
 
 before(async () => {
@@ -26,9 +27,29 @@ before(async () => {
   daemon = await Daemon.start({ camera: `sim:${join(folder, "lamp.hdr")}?lamp_switch=1s` });
 });
 after(async () => {
+  // Of tests that failed.
+  for (const { process: child } of started) child.kill();
   await daemon?.stop();
   rmSync(folder, { recursive: true, force: true });
 });
+
+/** The output of a program that matches `complete`. Mono 6.8 now and then waits for up to a minute for an idle worker
+ *  of its thread pool when a program ends: such a program is killed when its output is complete. */
+async function outputOf(program, args, complete) {
+  const child = spawn(mono, [join(programs, program), ...args], { env, stdio: ["ignore", "pipe", "inherit"] });
+  let text = "";
+  let timer;
+  child.stdout.on("data", (more) => {
+    text += more;
+    if (complete.test(text)) timer ??= setTimeout(() => child.kill("SIGKILL"), 1000);
+  });
+  const limit = setTimeout(() => child.kill("SIGKILL"), 60_000);
+  await new Promise((done) => child.once("close", done));
+  clearTimeout(limit);
+  clearTimeout(timer);
+  assert.match(text, complete);
+  return text;
+}
 
 /** ManagedLink.exe, whose lines are read. */
 class Program {
@@ -37,13 +58,14 @@ class Program {
   constructor(...args) {
     this.process = spawn(mono, [join(programs, "ManagedLink.exe"), ...args], { env, stdio: ["pipe", "pipe",
         "inherit"] });
+    started.push(this);
     let text = "";
     this.process.stdout.on("data", (more) => {
       const parts = (text + more).split("\n");
       text = parts.pop();
       this.lines.push(...parts);
     });
-    this.ended = new Promise((done) => this.process.once("exit", done));
+    this.ended = new Promise((done) => this.process.once("close", done));
   }
 
   /** The newest line that matches, from now on. */
@@ -52,23 +74,26 @@ class Program {
     return until(() => this.lines.slice(from).map((line) => pattern.exec(line)).find((found) => found), what);
   }
 
-  async stop() {
-    this.process.stdin.end();
+  /** The last line. The program has said it after 5 s at most. */
+  async end() {
+    const limit = setTimeout(() => this.process.kill("SIGKILL"), 10_000);
     await this.ended;
+    clearTimeout(limit);
     return this.lines.at(-1);
+  }
+
+  stop() {
+    this.process.stdin.end();
+    return this.end();
   }
 }
 
 /** What ManagedLink.exe prints if it cannot connect. */
-const failure = async (...args) => {
-  const program = new Program("link", ...args);
-  await program.ended;
-  return program.lines.at(-1);
-};
+const failure = (...args) => new Program("link", ...args).end();
 
 test("a program in C# prints the light of a simulated probe without any native library", async () => {
-  await until(() => {
-    const text = execFileSync(mono, [join(programs, "PrintLight.exe"), daemon.address], { env, encoding: "utf8" });
+  await until(async () => {
+    const text = await outputOf("PrintLight.exe", [daemon.address], /\n/);
     assert.match(text, /^Valid: irradiance from above [1-9]\S* [1-9]\S* [1-9]\S*, error at most \d/);
     const found = /^light (\S+) (\S+) (\S+)$/m.exec(text)?.slice(1).map(Number);
     if (!found) return false; // The lamp is off.
@@ -90,17 +115,14 @@ test("the sample component sets Unity's sun and ambient light, in Unity's axes",
   await program.stop();
 });
 
-test("the sample provider gives AR Foundation the light of a probe", () => {
-  const program = join(programs, "ArFoundationTest.exe");
-  const text = execFileSync(mono, [program, process.env.LIGHTWELL_ANSWERS, daemon.address],
-                            { env, encoding: "utf8", timeout: 60000 });
+test("the sample provider gives AR Foundation the light of a probe", async () => {
+  const text = await outputOf("ArFoundationTest.exe", [process.env.LIGHTWELL_ANSWERS, daemon.address], / wrong\n/);
   assert.match(text, /^lumens \d/m);
   assert.match(text, / 0 wrong$/m);
 });
 
-test("the sample node gives Godot the light of a probe", () => {
-  const text = execFileSync(mono, [join(programs, "GodotTest.exe"), process.env.LIGHTWELL_ANSWERS, daemon.address],
-                            { env, encoding: "utf8", timeout: 60000 });
+test("the sample node gives Godot the light of a probe", async () => {
+  const text = await outputOf("GodotTest.exe", [process.env.LIGHTWELL_ANSWERS, daemon.address], / wrong\n/);
   assert.match(text, /^sky \d/m);
   assert.match(text, / 0 wrong$/m);
 });
@@ -147,8 +169,9 @@ test("no probe and wrong addresses", async () => {
   assert.match(await failure("ws://192.0.2.1", "secret"), /^failed InvalidArgument .* a token is sent only over TLS/);
 });
 
-test("what is no descriptor is counted and changes nothing", async () => {
+test("what is no descriptor is counted and changes nothing", async (t) => {
   const probe = await FakeProbe.start();
+  t.after(() => probe.stop());
   const send = (bytes) => probe.clients.forEach((client) => client.send(bytes));
   const program = new Program("link", probe.address);
   await program.line(/^Connected None/);
@@ -161,16 +184,16 @@ test("what is no descriptor is counted and changes nothing", async () => {
   send("text");
   send(descriptor(6));
   const [, afterwards] = await program.line(/received 1 oversized 1 undecodable 3 replayed 1 reconnects 0 up (\S+) /);
-  assert.equal(afterwards, up);
+  assert.equal(afterwards, up, program.lines.filter((line) => /received 1 /.test(line)).slice(0, 3).join("\n"));
   send(descriptor(8));
   await program.line(/received 2 oversized 1 undecodable 3/);
   assert.equal(await program.stop(), "closed");
   await until(() => probe.clients.size === 0, "the connection is closed");
-  await probe.stop();
 });
 
-test("a lost probe: the light becomes stale, and fresh when the probe is back", async () => {
+test("a lost probe: the light becomes stale, and fresh when the probe is back", async (t) => {
   const probe = await FakeProbe.start();
+  t.after(() => probe.stop());
   const program = new Program("link", probe.address);
   await program.line(/^Connected None/);
   probe.clients.forEach((client) => client.send(descriptor(1, probe.clockNow())));
@@ -179,6 +202,7 @@ test("a lost probe: the light becomes stale, and fresh when the probe is back", 
   await probe.stop();
   await program.line(/^(Waiting|Connecting) Stale received 1 /);
   const again = await FakeProbe.start(port);
+  t.after(() => again.stop());
   await program.line(/^Connected Stale received 1 .* reconnects 1 /);
   again.clients.forEach((client) => client.send(descriptor(1, again.clockNow())));
   await program.line(/^Connected Valid received 2 /);
@@ -186,5 +210,4 @@ test("a lost probe: the light becomes stale, and fresh when the probe is back", 
   again.answers = false;
   await program.line(/error no data from the probe within SilenceLimitMs/);
   await program.stop();
-  await again.stop();
 });

@@ -79,6 +79,7 @@ internal static class ArFoundationTest
         provider.requestedLightEstimation = Feature.LightEstimationAmbientIntensity;
         XRCameraFrame frame;
         Check(!provider.TryGetFrame(new XRCameraParams(), out frame), "no frame before the start");
+        var start = LightwellCameraSubsystem.NowNs();
         provider.Start();
         for (var i = 0; i < 1000; ++i)
         {
@@ -87,9 +88,14 @@ internal static class ArFoundationTest
             Thread.Sleep(10);
         }
         Check(Has(frame, XRCameraFrameProperties.AverageIntensityInLumens) && frame.Lumens > 0, "light of a probe");
+        var passed = (frame.Timestamp - start) * 1e-9;
+        Check(start > 0 && passed >= 0 && passed < 30, "ns of the monotonic clock: " + passed + " s passed");
         Check(provider.currentLightEstimation == Feature.LightEstimationAmbientIntensity, "what is estimated");
         Console.WriteLine("lumens " + frame.Lumens);
+        var probe = (ManagedProbe)provider.GetType().GetField("probe", BindingFlags.Instance | BindingFlags.NonPublic)
+            .GetValue(provider);
         provider.Stop();
+        Check(probe.Completion.Wait(5000), "the connection is closed");
         Check(!provider.TryGetFrame(new XRCameraParams(), out frame), "no frame after the end");
     }
 

@@ -2,6 +2,7 @@
 using System;
 using System.IO;
 using System.Linq;
+using System.Reflection;
 using System.Threading;
 using Lightwell;
 using Lightwell.Managed;
@@ -30,15 +31,15 @@ internal static class GodotTest
     }
 
     /// <summary>Of the message, as the daemon would send it.</summary>
-    private static void TheSkyAndTheLampAreThoseOf(Descriptor descriptor)
+    private static void TheSkyAndTheLightAreThoseOf(Descriptor descriptor)
     {
         var node = new ProbeLight { Surroundings = new Environment(), NeutralIlluminance = 500 };
         var e = new Lighting(descriptor).Estimate(neutralIlluminance: 500);
         node.Show(e, 1);
         var d = e.MainLightDirection;
-        Check(node.Target.X == -d.X && node.Target.Y == -d.Y && node.Target.Z == -d.Z, "it shines away from the lamp");
+        Check(node.Target.X == -d.X && node.Target.Y == -d.Y && node.Target.Z == -d.Z, "it shines away from the light");
         var whole = PictureOf(node);
-        // What the picture and the lamp give to a surface above and below, against the irradiance of the queries.
+        // What the picture and the light give to a surface above and below, against the irradiance of the queries.
         foreach (var up in new[] { 1, -1 })
         {
             double sum = 0;
@@ -50,11 +51,11 @@ internal static class GodotTest
                     var cosine = up * Math.Cos(Math.PI * (row + 0.5) / 16);
                     sum += solidAngle * Math.Max(0, cosine) * whole[3 * (32 * row + column) + 1];
                 }
-            var lamp = node.LightEnergy * e.MainLightColor.G * Math.PI * Math.Max(0, up * d.Y);
+            var direct = node.LightEnergy * e.MainLightColor.G * Math.PI * Math.Max(0, up * d.Y);
             var expected = new Lighting(descriptor).Irradiance(new Vec3(0, up, 0)).Value.G * Math.PI / 500;
             // Texels of 11 degrees.
-            Check(Math.Abs(sum + lamp - expected) < 0.02 * expected,
-                  "irradiance " + (sum + lamp) + ", not " + expected);
+            Check(Math.Abs(sum + direct - expected) < 0.02 * expected,
+                  "irradiance " + (sum + direct) + ", not " + expected);
         }
         node.Show(e, 0.5f);
         Check(Math.Abs(PictureOf(node)[0] - whole[0] / 2) < 1e-6 * whole[0], "half the sky");
@@ -72,17 +73,20 @@ internal static class GodotTest
         }
         Check(node.Surroundings.Sky != null && PictureOf(node).Max() > 0, "the sky of a probe");
         Console.WriteLine("sky " + PictureOf(node).Max());
+        var probe = (ManagedProbe)typeof(ProbeLight).GetField("probe", BindingFlags.Instance | BindingFlags.NonPublic)
+            .GetValue(node);
         node._ExitTree();
+        Check(probe.Completion.Wait(5000), "the connection is closed");
         node._Process(0.01);
     }
 
     private static int Main(string[] arguments)
     {
-        // The scene of a bright surrounding with one lamp: sequence number 101.
+        // The scene of a bright surrounding with one light: sequence number 101.
         var lines = File.ReadAllLines(arguments[0] + "/answers.txt");
         var line = lines[Array.FindIndex(lines, l => l.StartsWith("info 101 ")) - 1];
         var hex = line.Substring(8);
-        TheSkyAndTheLampAreThoseOf(Descriptor.Decode(Enumerable.Range(0, hex.Length / 2)
+        TheSkyAndTheLightAreThoseOf(Descriptor.Decode(Enumerable.Range(0, hex.Length / 2)
             .Select(i => Convert.ToByte(hex.Substring(2 * i, 2), 16)).ToArray()));
         if (arguments.Length > 1) TheNodeOf(arguments[1]);
         Console.WriteLine(checks + " checks, " + wrong + " wrong");

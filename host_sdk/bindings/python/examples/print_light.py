@@ -4,5 +4,5 @@ import lightwell
 with lightwell.connect(sys.argv[1]) as probe:
     light = probe.wait_for_next(timeout=5)
     print("irradiance from above", light.irradiance([0, 1, 0]).value)
-    for lamp in light.lights():
-        print("light towards", lamp.direction)
+    for found in light.lights():
+        print("light towards", found.direction)

@@ -10,7 +10,6 @@ text(fill)     a text from a function of the C ABI that fills a buffer
 
 import ctypes
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +18,7 @@ from ._declarations import Declarations
 from ._values import Error, Status
 
 _HERE = Path(__file__).resolve().parent
-_NAMES = {"win32": "lightwell.dll", "linux": "liblightwell.so.1"}
-_NAME = _NAMES.get(sys.platform, "liblightwell.so.1")
+_NAME = "liblightwell.so.1"
 
 
 def _header(name):

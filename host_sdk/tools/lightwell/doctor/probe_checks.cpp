@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/quantile.hpp>
 #include <lightwell/text.hpp>
 
 #include "common.hpp"
@@ -91,23 +92,21 @@ Finding check_clock(const ProbeInfo& info) {
 
 void ArrivalRecorder::add(const Arrival& arrival) {
   const std::lock_guard lock(mutex_);
-  if (ages_.size() >= kMaxAges) return;
-  if (ages_.empty()) first_ = arrival.received;
+  if (ages_ms_.size() >= kMaxAges) return;
+  if (ages_ms_.empty()) first_ = arrival.received;
   last_ = arrival.received;
-  ages_.push_back(arrival.stored - arrival.mid_exposure);
+  ages_ms_.push_back((arrival.stored - arrival.mid_exposure).milliseconds());
 }
 
 ArrivalStatistics ArrivalRecorder::statistics() const {
   const std::lock_guard lock(mutex_);
   ArrivalStatistics out;
-  if (ages_.empty()) return out;
-  std::vector<Duration> ages = ages_;
-  const auto middle = ages.begin() + static_cast<std::ptrdiff_t>(ages.size() / 2);
-  std::ranges::nth_element(ages, middle);
-  out.count = ages.size();
-  if (last_ > first_) out.per_second = static_cast<double>(ages.size() - 1) / (last_ - first_).seconds();
-  out.age_median = *middle;
-  out.age_max = *std::ranges::max_element(ages);
+  if (ages_ms_.empty()) return out;
+  std::vector<double> ages_ms = ages_ms_;
+  out.count = ages_ms.size();
+  if (last_ > first_) out.per_second = static_cast<double>(out.count - 1) / (last_ - first_).seconds();
+  out.age_median_ms = lower_quantile(ages_ms, 0.5);
+  out.age_max_ms = lower_quantile(ages_ms, 1);
   return out;
 }
 
@@ -123,10 +122,9 @@ Finding check_frames(const ArrivalStatistics& arrivals, const ProbeInfo& info, D
                               "probe's log (`journalctl -u lightwelld`)"
                             : "see the probe's log (`journalctl -u lightwelld`)");
   }
-  const std::string found =
-      formatted("%zu descriptors, %.1f a second, age %.0f ms in the median, %.0f ms at most", arrivals.count,
-                arrivals.per_second, arrivals.age_median.milliseconds(), arrivals.age_max.milliseconds());
-  if (arrivals.age_median > Lighting::kDefaultMaxAge)
+  const std::string found = formatted("%zu descriptors, %.1f a second, age %.0f ms in the median, %.0f ms at most",
+                                      arrivals.count, arrivals.per_second, arrivals.age_median_ms, arrivals.age_max_ms);
+  if (arrivals.age_median_ms > Lighting::kDefaultMaxAge.milliseconds())
     return warning(found, formatted("light older than %.0f ms is stale by default: is the network slow, or the probe's "
                                     "processor? `lightwell watch` shows latency and age apart; a faster setting: "
                                     "`lightwell config set URI setting=fast`; or set a larger max_age",

@@ -59,8 +59,9 @@ struct ConnectionFindings {
 /// What arrived from a probe.
 struct ArrivalStatistics {
   std::size_t count = 0;
-  double per_second = 0;         ///< 0 for a single one.
-  Duration age_median, age_max;  ///< From mid-exposure until it could be queried.
+  double per_second = 0;  ///< 0 for a single one.
+  /// From mid-exposure until it could be queried; the median is the lower one (lower_quantile()).
+  double age_median_ms = 0, age_max_ms = 0;
 };
 /// Collects them; for ProbeOptions::on_descriptor, and read by another thread.
 class ArrivalRecorder {
@@ -71,7 +72,7 @@ class ArrivalRecorder {
  private:
   static constexpr std::size_t kMaxAges = 10'000;
   mutable std::mutex mutex_;
-  std::vector<Duration> ages_;
+  std::vector<double> ages_ms_;
   HostTime first_, last_;
 };
 

@@ -346,16 +346,17 @@ namespace Lightwell.Managed
             }
             order = descriptor;
             var understood = keeper.Take(descriptor);
-            lock (guard)
-            {
-                ++stats.Received;
-                if (!understood) ++stats.MapsWithoutKey;
-            }
             newest = new Arrival
             {
                 Descriptor = descriptor, Environment = keeper.MapFor(descriptor),
                 HostMidExposure = clock.ToHost(descriptor.ProbeMidExposureNs)
             };
+            // Last: who reads the counter and then Latest gets this descriptor or a newer one.
+            lock (guard)
+            {
+                ++stats.Received;
+                if (!understood) ++stats.MapsWithoutKey;
+            }
         }
 
         private Task SendInfo(Session session, CancellationToken stop)

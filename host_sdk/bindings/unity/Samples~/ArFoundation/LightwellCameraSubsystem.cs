@@ -1,4 +1,5 @@
 using System;
+using System.Diagnostics;
 using Lightwell;
 using Lightwell.Managed;
 using UnityEngine;
@@ -78,6 +79,9 @@ public sealed class LightwellCameraSubsystem : XRCameraSubsystem
             e.MainLightLumens, ColorOf(e.MainLightColor), shines, harmonics, default(XRTextureDescriptor), 0);
     }
 
+    /// <summary>Of frames: this machine's monotonic clock (Stopwatch), ns.</summary>
+    public static long NowNs() => (long)(Stopwatch.GetTimestamp() * (1e9 / Stopwatch.Frequency));
+
     private static Color ColorOf(Rgb c) => new Color(c.R, c.G, c.B);
 
     private sealed class LightProvider : Provider
@@ -102,7 +106,7 @@ public sealed class LightwellCameraSubsystem : XRCameraSubsystem
             }
             catch (LightwellException e)
             {
-                Debug.LogError("Lightwell: " + e.Message, null);
+                UnityEngine.Debug.LogError("Lightwell: " + e.Message, null);
             }
         }
 
@@ -119,7 +123,7 @@ public sealed class LightwellCameraSubsystem : XRCameraSubsystem
         {
             frame = default(XRCameraFrame);
             if (probe == null) return false;
-            frame = FrameOf(probe.Latest(), RequestOf(requestedLightEstimation), DateTime.UtcNow.Ticks * 100);
+            frame = FrameOf(probe.Latest(), RequestOf(requestedLightEstimation), NowNs());
             return true;
         }
     }
