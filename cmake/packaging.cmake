@@ -116,8 +116,15 @@ if("daemon" IN_LIST CPACK_COMPONENTS_ALL)
           DESTINATION /etc/lightwell COMPONENT daemon-debian EXCLUDE_FROM_ALL)
 endif()
 
+# The SDK loads libavahi-client when it looks for probes.
+set(discovery_recommends)
+if(AVAHI_CLIENT_FOUND)
+  set(discovery_recommends libavahi-client3 avahi-daemon)
+endif()
+
 lightwell_debian_package(${library_package} library
   SECTION libs
+  RECOMMENDS ${discovery_recommends}
   SUGGESTS "lightwell-tools (= ${package_version})"
   DESCRIPTION
     "light probe for augmented reality, shared library"
@@ -136,7 +143,7 @@ endif()
 set(development_needs pkg-config libprotobuf-dev libhwy-dev python3:any)
 foreach(pair IN ITEMS "LIGHTWELL_WITH_GRPC libgrpc++-dev" "LIGHTWELL_WITH_GRPC protobuf-compiler-grpc"
                       "OPENSSL_FOUND libssl-dev" "LIBUSB_FOUND libusb-1.0-0-dev" "LIBWEBSOCKETS_FOUND libwebsockets-dev"
-                      "LIBMOSQUITTO_FOUND libmosquitto-dev" "AVAHI_CLIENT_FOUND libavahi-client-dev")
+                      "LIBMOSQUITTO_FOUND libmosquitto-dev")
   string(REPLACE " " ";" pair "${pair}")
   list(GET pair 0 condition)
   if(${condition})
@@ -158,7 +165,7 @@ lightwell_debian_package(liblightwell-dev development
 lightwell_debian_package(lightwell-tools tools
   SECTION video
   DEPENDS "${library_package} (= ${package_version})"
-  RECOMMENDS "python3" "python3-matplotlib"
+  RECOMMENDS "python3" "python3-matplotlib" ${discovery_recommends}
   DESCRIPTION
     "light probe for augmented reality, tools"
     "lightwell shows, queries, records and configures light probes."

@@ -181,6 +181,15 @@ TEST_F(DiscoverTest, WithoutAvahiTheToolFailsWithTheReason) {
   EXPECT_THAT(found.err, HasSubstr("is avahi-daemon running"));
 }
 
+TEST_F(DiscoverTest, WithoutAvahisLibraryTheToolFailsWithTheRemedy) {
+  // Found before the system's, and no library.
+  folder_.write("libavahi-client.so.3", "");
+  Child child(tool_command({"discover", "--timeout", "1.5"}),
+              {.environment = {cellar_.environment(), "LD_LIBRARY_PATH=" + folder_.path("")}});
+  EXPECT_EQ(child.wait(), (ExitStatus{3, 0}));
+  EXPECT_THAT(child.err(), AllOf(HasSubstr("libavahi-client.so.3"), HasSubstr("install libavahi-client3")));
+}
+
 TEST_F(DiscoverTest, AnEmptyNetworkIsNoError) {
   const ToolOutput found = run_discover(cellar_);
   EXPECT_EQ(found.status, (ExitStatus{1, 0}));

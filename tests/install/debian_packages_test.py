@@ -93,6 +93,13 @@ class Packages(unittest.TestCase):
         self.assertEqual(output_of("dpkg-deb", "--info", library, "shlibs"), shlibs)
         self.assertEqual(output_of("dpkg-deb", "--info", library, "triggers"), "activate-noawait ldconfig\n")
 
+    def test_avahis_library_which_the_sdk_loads_is_recommended_and_not_required(self):
+        for name in ("liblightwell1", "lightwell-tools"):
+            with self.subTest(name):
+                self.assertIn("libavahi-client3", field(packages[name], "Recommends").split(", "))
+                self.assertNotIn("libavahi-client3", field(packages[name], "Depends"))
+        self.assertNotIn("avahi", field(packages["liblightwell-dev"], "Depends"))
+
     def test_zz_lintian_finds_no_error(self):
         if lintian is None:
             self.skipTest("lintian is not installed")

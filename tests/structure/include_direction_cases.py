@@ -64,7 +64,7 @@ CLEAN = {
     "proto/src/platform/files_posix.cpp": ["<fcntl.h>", "<unistd.h>", "<sys/stat.h>", "<lightwell/sh.hpp>"],
     "proto/src/platform/files_windows.cpp": ["<windows.h>", "<io.h>"],
     "proto/src/platform/sockets.hpp": ["<netdb.h>", "<winsock2.h>"],
-    "host_sdk/src/core/mdns.cpp": ["<avahi-client/lookup.h>"],
+    "host_sdk/src/core/avahi_library.hpp": ["<avahi-client/lookup.h>"],
     "host_sdk/src/field/fit.cpp": ["<ceres/ceres.h>", '"core/store.hpp"', "<opencv2/core.hpp>"],
     "host_sdk/src/field/fit.hpp": [],
     "host_sdk/examples/openxr_light/main.cpp": ["<openxr/openxr.h>", "<lightwell/probe.hpp>"],

@@ -6,21 +6,14 @@
 #include <string_view>
 #include <vector>
 
-#ifdef LIGHTWELL_HAVE_MDNS
-#include <avahi-client/client.h>
-#include <avahi-client/lookup.h>
-#include <avahi-common/address.h>
-#include <avahi-common/error.h>
-#include <avahi-common/simple-watch.h>
-#include <avahi-common/strlst.h>
-#endif
-
 #include <lightwell/advertisement.hpp>
-#include <lightwell/deleter.hpp>
 #include <lightwell/host_names.hpp>
 #include <lightwell/text.hpp>
 #include <lightwell/time.hpp>
 
+#ifdef LIGHTWELL_HAVE_MDNS
+#include "core/avahi_library.hpp"
+#endif
 #include "core/discovery_backends.hpp"
 
 namespace lightwell::core {
@@ -45,9 +38,16 @@ bool is_mdns_name(const std::string& host_port) {
 #ifdef LIGHTWELL_HAVE_MDNS
 namespace {
 
-using Poll = std::unique_ptr<AvahiSimplePoll, Deleter<avahi_simple_poll_free>>;
-/// Freeing a client also frees its browsers and resolvers.
-using Client = std::unique_ptr<AvahiClient, Deleter<avahi_client_free>>;
+/// Only after AvahiLibrary::loaded() was found to be ok.
+const AvahiLibrary& avahi() { return *AvahiLibrary::loaded(); }
+
+struct Free {
+  void operator()(AvahiSimplePoll* poll) const { avahi().simple_poll_free(poll); }
+  /// Also frees the client's browsers and resolvers.
+  void operator()(AvahiClient* client) const { avahi().client_free(client); }
+};
+using Poll = std::unique_ptr<AvahiSimplePoll, Free>;
+using Client = std::unique_ptr<AvahiClient, Free>;
 
 /// A reachable host answers within a tenth of this.
 constexpr Duration kTimeout{1'000'000'000};
@@ -70,7 +70,7 @@ struct Answers {
     --self.open;
     if (event != AVAHI_RESOLVER_FOUND) return;
     std::array<char, AVAHI_ADDRESS_STR_MAX> text{};
-    avahi_address_snprint(text.data(), text.size(), address);
+    avahi().address_snprint(text.data(), text.size(), address);
     if (address->proto == AVAHI_PROTO_INET) {
       self.v4 = text.data();
       return;
@@ -87,35 +87,36 @@ constexpr std::size_t kMaxResolvers = 4 * DiscoveryResults::kMaxProbes;
 
 class Browser {
  public:
-  explicit Browser(DiscoveryResults& results) : results_(results), poll_(avahi_simple_poll_new()) {}
+  explicit Browser(DiscoveryResults& results) : results_(results), poll_(avahi().simple_poll_new()) {}
 
   void run(Duration timeout) {
     int error = 0;
     if (poll_)
-      client_.reset(avahi_client_new(avahi_simple_poll_get(poll_.get()), AvahiClientFlags{}, on_client, this, &error));
+      client_.reset(
+          avahi().client_new(avahi().simple_poll_get(poll_.get()), AvahiClientFlags{}, on_client, this, &error));
     if (!client_) return say(error);
-    if (avahi_service_browser_new(client_.get(), AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC, kServiceType.data(), nullptr,
-                                  AvahiLookupFlags{}, on_service, this) == nullptr)
-      return say(avahi_client_errno(client_.get()));
+    if (avahi().service_browser_new(client_.get(), AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC, kServiceType.data(), nullptr,
+                                    AvahiLookupFlags{}, on_service, this) == nullptr)
+      return say(avahi().client_errno(client_.get()));
     const std::int64_t end = monotonic_now_ns() + timeout.ns;
     while (!failed_) {
       const std::int64_t left = end - monotonic_now_ns();
       if (left <= 0) return;
       constexpr std::int64_t kSlice = 200'000'000;
-      if (avahi_simple_poll_iterate(poll_.get(), static_cast<int>(std::min(left, kSlice) / 1'000'000 + 1)) != 0)
+      if (avahi().simple_poll_iterate(poll_.get(), static_cast<int>(std::min(left, kSlice) / 1'000'000 + 1)) != 0)
         return say(AVAHI_ERR_DISCONNECTED);
     }
   }
 
  private:
   void say(int error) {
-    results_.problem("mDNS: " + std::string(avahi_strerror(error)) + "; is avahi-daemon running on this machine?");
+    results_.problem("mDNS: " + std::string(avahi().strerror(error)) + "; is avahi-daemon running on this machine?");
   }
 
   static void on_client(AvahiClient* client, AvahiClientState state, void* data) {
     auto& self = *static_cast<Browser*>(data);
     if (state != AVAHI_CLIENT_FAILURE) return;
-    self.say(avahi_client_errno(client));
+    self.say(avahi().client_errno(client));
     self.failed_ = true;
   }
 
@@ -124,15 +125,15 @@ class Browser {
                          AvahiLookupResultFlags, void* data) {
     auto& self = *static_cast<Browser*>(data);
     if (event == AVAHI_BROWSER_FAILURE) {
-      self.say(avahi_client_errno(avahi_service_browser_get_client(browser)));
+      self.say(avahi().client_errno(avahi().service_browser_get_client(browser)));
       self.failed_ = true;
     } else if (event == AVAHI_BROWSER_REMOVE) {
       self.results_.remove(key(name, domain));
     } else if (event == AVAHI_BROWSER_NEW) {
       // A service is announced on every interface and protocol with the same content; the first is used.
       if (++self.resolvers_ > kMaxResolvers ||
-          avahi_service_resolver_new(self.client_.get(), interface, protocol, name, type, domain, AVAHI_PROTO_UNSPEC,
-                                     AvahiLookupFlags{}, on_resolved, data) == nullptr)
+          avahi().service_resolver_new(self.client_.get(), interface, protocol, name, type, domain, AVAHI_PROTO_UNSPEC,
+                                       AvahiLookupFlags{}, on_resolved, data) == nullptr)
         self.results_.refuse();
     }
   }
@@ -142,14 +143,14 @@ class Browser {
                           std::uint16_t, AvahiStringList* txt, AvahiLookupResultFlags, void* data) {
     auto& self = *static_cast<Browser*>(data);
     if (event == AVAHI_RESOLVER_FOUND) self.found(name, domain, host, txt);
-    avahi_service_resolver_free(resolver);
+    avahi().service_resolver_free(resolver);
   }
 
   void found(const char* name, const char* domain, const char* host, AvahiStringList* txt) {
     std::vector<std::string> entries;
-    for (AvahiStringList* at = txt; at != nullptr; at = avahi_string_list_get_next(at))
-      entries.emplace_back(reinterpret_cast<const char*>(avahi_string_list_get_text(at)),
-                           avahi_string_list_get_size(at));
+    for (AvahiStringList* at = txt; at != nullptr; at = avahi().string_list_get_next(at))
+      entries.emplace_back(reinterpret_cast<const char*>(avahi().string_list_get_text(at)),
+                           avahi().string_list_get_size(at));
     const Result<Advertisement> advertisement = advertisement_from_txt(entries);
     const std::string machine = host;
     if (!advertisement.ok() || !is_machine(machine)) return results_.refuse();
@@ -191,21 +192,22 @@ class Browser {
 
 std::optional<std::string> mdns_address(const std::string& host_port, const std::atomic<bool>* stopping) {
   const std::string host(host_of(host_port)), port = host_port.substr(host_port.rfind(':'));
+  if (!AvahiLibrary::loaded().ok()) return std::nullopt;
   Answers answers;
-  const Poll poll(avahi_simple_poll_new());
+  const Poll poll(avahi().simple_poll_new());
   if (!poll) return std::nullopt;
   const Client client(
-      avahi_client_new(avahi_simple_poll_get(poll.get()), AvahiClientFlags{}, Answers::state, &answers, nullptr));
+      avahi().client_new(avahi().simple_poll_get(poll.get()), AvahiClientFlags{}, Answers::state, &answers, nullptr));
   if (!client) return std::nullopt;
   for (const AvahiProtocol family : {AVAHI_PROTO_INET, AVAHI_PROTO_INET6})
-    if (avahi_host_name_resolver_new(client.get(), AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC, host.c_str(), family,
-                                     AvahiLookupFlags{}, Answers::take, &answers) != nullptr)
+    if (avahi().host_name_resolver_new(client.get(), AVAHI_IF_UNSPEC, AVAHI_PROTO_UNSPEC, host.c_str(), family,
+                                       AvahiLookupFlags{}, Answers::take, &answers) != nullptr)
       ++answers.open;
   const std::int64_t begin = monotonic_now_ns();
   std::int64_t end = begin + kTimeout.ns;
   const auto stopped = [stopping] { return stopping != nullptr && *stopping; };
   while (!stopped() && !answers.gone && answers.v4.empty() && answers.open > 0 && monotonic_now_ns() < end) {
-    if (avahi_simple_poll_iterate(poll.get(), 20) != 0) break;
+    if (avahi().simple_poll_iterate(poll.get(), 20) != 0) break;
     if (!answers.v6.empty()) end = std::min(end, begin + kIpv4Grace.ns);
   }
   if (!answers.v4.empty()) return answers.v4 + port;
@@ -213,7 +215,11 @@ std::optional<std::string> mdns_address(const std::string& host_port, const std:
   return std::nullopt;
 }
 
-void discover_by_mdns(Duration timeout, DiscoveryResults& results) { Browser(results).run(timeout); }
+void discover_by_mdns(Duration timeout, DiscoveryResults& results) {
+  if (const Result<AvahiLibrary>& library = AvahiLibrary::loaded(); !library.ok())
+    return results.problem("mDNS: " + library.status().message() + "; install libavahi-client3 and avahi-daemon");
+  Browser(results).run(timeout);
+}
 #else
 std::optional<std::string> mdns_address(const std::string&, const std::atomic<bool>*) { return std::nullopt; }
 
