@@ -18,15 +18,16 @@ PICTURE = "grid_straight_white_back_right"
 BODY = "dodecahedron_100mm_white.textproto"
 _FRAMES = "/var/lib/lightwell/marker"
 _BODY = f"/usr/share/lightwell/bodies/{BODY}"
-_SHOWN_S = 30
+# Longer than a search for body and lights takes on the board, whose floating point is emulated: 25 s, 50 on a busy
+# machine. Lights that are 8 s old are searched again, so each frame has a search.
+_PERIOD_S, _SHOWN_S = 55, 240
 
 
 def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     """The board's and the desktop's firmware process the same images at the same rate, at the same time."""
     frames = rig.folder / "marker"
-    # Slow enough for the board, whose floating point is emulated, to process every frame, because body and light are
-    # tracked from frame to frame.
-    rig.marker_frames(frames, [PICTURE], noisy=4, period_s=2)
+    # The board must process every frame, because directions are means over frames.
+    rig.marker_frames(frames, [PICTURE], noisy=4, period_s=_PERIOD_S)
     rig.board.copy_in(frames, _FRAMES)
     on_board, on_desktop = rig.folder / "board.lwr", rig.folder / "desktop.lwr"
     uri = rig.configure(f'uri: "replay:{_FRAMES}?loop=0"', more=f'marker {{ body_file: "{_BODY}" }}\n')
@@ -35,15 +36,14 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
         rig.record_all(_SHOWN_S, (uri, on_board), (desktop, on_desktop))
         info = rig.info(uri)
         lights = [json.loads(line) for line in rig.client(["query", uri, "--lights", "--json"]).splitlines()]
-    measured.figure("captures that the board dropped, while it looked for the lamp for the first time",
-                    info["captures_dropped"], "", "<= 5")
+    measured.figure("pictures that the board dropped", info["captures_dropped"], "", "== 0")
     measured.figure("pictures in which it did not find the marker", info["estimates_failed"], "", "== 0")
     directions = [light["direction"] for light in lights if "direction" in light]
     off = _degrees(directions[0], _true_lamp(rig)) if directions else 180
     measured.figure("its strongest light, from the lamp that was shown", off, "deg", "<= 3")
     # The compiler contracts products and sums on arm64 (FMA), and the fits of corners and lights stop at a small step,
     # so results differ slightly.
-    measure_difference(rig, on_board, on_desktop, measured, least=8, irradiance_percent=0.1, direction_deg=0.1)
+    measure_difference(rig, on_board, on_desktop, measured, least=3, irradiance_percent=0.1, direction_deg=0.1)
 
 
 def _true_lamp(rig: Rig) -> list[float]:
