@@ -35,7 +35,8 @@ def equals_the_desktop(rig: Rig, test: Any, measured: Measured) -> None:
     with rig.desktop_daemon(f"replay:{frames}?loop=0", "--estimator", "marker", "--body", body) as desktop:
         rig.record_all(_SHOWN_S, (uri, on_board), (desktop, on_desktop))
         info = rig.info(uri)
-        lights = [json.loads(line) for line in rig.client(["query", uri, "--lights", "--json"]).splitlines()]
+        lights = [json.loads(line)
+                  for line in rig.client(["query", f"replay:{on_board}", "--lights", "--json"]).splitlines()]
     measured.figure("pictures that the board dropped", info["captures_dropped"], "", "== 0")
     measured.figure("pictures in which it did not find the marker", info["estimates_failed"], "", "== 0")
     directions = [light["direction"] for light in lights if "direction" in light]

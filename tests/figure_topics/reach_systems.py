@@ -34,10 +34,13 @@ def succeeds(*command):
 def build(preset, say):
     """The folder of the build; None if it cannot be made."""
     say(f"building preset {preset}")
-    if (succeeds("cmake/sysroot_sdk", preset) and succeeds("cmake", "--preset", preset)
-            and succeeds("cmake", "--build", "--preset", preset, "--target", *TARGETS)):
-        return ROOT / "build" / preset
-    return None
+    # Configured anew: the sysroot may be another one than that of an earlier build.
+    for command in (["cmake/sysroot_sdk", preset], ["cmake", "--fresh", "--preset", preset],
+                    ["cmake", "--build", "--preset", preset, "--target", *TARGETS]):
+        if not succeeds(*command):
+            say("failed: " + " ".join(command))
+            return None
+    return ROOT / "build" / preset
 
 
 def library(build_folder):
