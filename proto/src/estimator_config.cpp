@@ -66,6 +66,8 @@ constexpr auto kOptions = std::tuple{
            kEnvironmentEdge, kEnvironmentEdges},
     Option{"panorama.environment_rate", [](auto& c) -> decltype(auto) { return (c.panorama.environment_rate); },
            [](double v) { return v > 0 && std::isfinite(v); }, "positive and finite"},
+    Option{"panorama.interleave", [](auto& c) -> decltype(auto) { return (c.panorama.interleave); }, within(1, 16),
+           "1 (every frame is read whole) to 16"},
     Option{"marker.decimation", [](auto& c) -> decltype(auto) { return (c.marker.decimation); },
            [](double v) { return v == 0 || (v >= 1 && v <= 8); }, "0 (from the size of the tags) or 1 to 8"},
     Option{"marker.search_decimation", [](auto& c) -> decltype(auto) { return (c.marker.search_decimation); },

@@ -1,11 +1,11 @@
 // The program for tests/measure/count_instructions: processes N frames from frame to encoded descriptor. One-time work
 // (scene, tables, first frame) does not depend on N.
-//   measure_instructions --frames N [--map EDGE] [RIG [FORMAT [SETTING]]]
+//   measure_instructions --frames N [--map EDGE] [--interleave N] [RIG [FORMAT [SETTING]]]
 //   measure_instructions --frames N plane
 // RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784; plane, the capture of a glossy plane's
 // surface light field from 640x480 sRGB frames, at most kPlaneFrames, without descriptors. FORMAT: rgb8_linear, RGB8
 // with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING: fast,
-// balanced, exact. Defaults: single, rgb8_linear, fast. --map: with a map of this edge in every frame.
+// balanced, exact. Defaults: single, rgb8_linear, fast. --map: with a map of this edge in every frame. --interleave: see panorama.interleave.
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -80,6 +80,8 @@ int main(int argc, char** argv) {
   add_named_option(app, "SETTING", options.config.setting, kSettings, "fast, balanced or exact [fast]");
   app.add_option("--map", options.config.panorama.environment_edge, "Edge of a map in every frame [none]")
       ->check(CLI::IsMember({8, 16, 32, 64}));
+  app.add_option("--interleave", options.config.panorama.interleave, "Frames that read the picture once [1]")
+      ->check(CLI::Range(1, 16));
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   options.config.panorama.environment_rate = kMapRate_hz;
   if (kind == "plane")

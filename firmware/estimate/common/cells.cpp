@@ -110,13 +110,19 @@ void CellGrid::finish() {
 
 void CellGrid::project(std::span<const CellSum> sums, std::span<const CentroidOverride> overrides,
                        Projection& out) const {
-  std::array<std::array<double, kRowCount>, 3> total{};
+  Totals total{};
+  add(0, sums.size(), sums, overrides, total);
+  fit(total, out);
+}
+
+void CellGrid::add(std::size_t first, std::size_t end, std::span<const CellSum> sums,
+                   std::span<const CentroidOverride> overrides, Totals& total) const {
   // Sums 256 cells in float, then in double: the rounding error stays below 1e-6 of the largest coefficient.
   constexpr std::size_t kChunk = 256;
   CellSum without_overrides[kChunk];
   auto next_override = overrides.begin();
-  for (std::size_t begin = 0; begin < sums.size(); begin += kChunk) {
-    const std::size_t count = std::min(kChunk, sums.size() - begin);
+  for (std::size_t begin = first; begin < end; begin += kChunk) {
+    const std::size_t count = std::min(kChunk, end - begin);
     const CellSum* from = &sums[begin];
     if (next_override != overrides.end() && next_override->cell < begin + count) {
       std::copy_n(from, count, without_overrides);
@@ -144,6 +150,9 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const CentroidOv
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += partial[k][i];
   }
+}
+
+void CellGrid::fit(const Totals& total, Projection& out) const {
   for (std::size_t i = 0; i < kRowCount; ++i)
     for (std::size_t k = 0; k < 3; ++k) out.c[i][k] = total[k][i];
   if (!fitted()) return;

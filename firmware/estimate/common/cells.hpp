@@ -80,6 +80,14 @@ class CellGrid {
   };
   void project(std::span<const CellSum> sums, std::span<const CentroidOverride> overrides, Projection& out) const;
 
+  /// Sums over cells of light times basis function, by channel: the projection before the fit.
+  using Totals = std::array<std::array<double, kRowCount>, 3>;
+  /// Adds the cells from `begin` to before `end`, to which all `overrides` belong. `sums`: of all cells.
+  void add(std::size_t begin, std::size_t end, std::span<const CellSum> sums,
+           std::span<const CentroidOverride> overrides, Totals& out) const;
+  /// The projection of the cells whose totals these are.
+  void fit(const Totals& total, Projection& out) const;
+
  private:
   std::vector<BasisRow> rows_;  ///< Mean of the basis functions over each cell, weighted by solid angle.
   std::vector<float> solid_angle_;

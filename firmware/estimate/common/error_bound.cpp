@@ -81,6 +81,9 @@ RelativeErrors relative_errors(const Projection& scene, const IntegrationErrors&
   out.near_black_bias = errors.bias / 4 * factor / out.rms;
   out.sampling =
       constant_sampling + (errors.centroid_offset + errors.chroma_edge_error) * factor / std::sqrt(6.0) / out.rms;
+  // The measured light may be more than the true one by as much.
+  const double least = out.rms - errors.stale * factor;
+  out.stale = least > 0 ? errors.stale * factor / least : std::numeric_limits<double>::infinity();
   return out;
 }
 
@@ -105,7 +108,8 @@ ErrorBound error_bound(const Descriptor& descriptor, const RelativeErrors& error
   BoundParts parts;
   parts.truncation = relative(optimized.truncation, optimized.scene_rms);
   // A recovered light affects the RMS irradiance by the root mean square of the clipped cosine, 1/sqrt(6).
-  parts.sampling = errors.sampling + relative(direction_error_rms(descriptor.lights), optimized.scene_rms) +
+  parts.sampling = errors.sampling + errors.stale +
+                   relative(direction_error_rms(descriptor.lights), optimized.scene_rms) +
                    recovery_uncertainty / std::sqrt(6.0) / errors.rms;
   parts.noise = 3 * errors.noise + errors.near_black_bias;
   parts.quantization = wire_error(descriptor, errors.rms);

@@ -17,6 +17,7 @@ struct IntegrationErrors {
   double bias = 0;               ///< Sum over pixels of solid_angle times the possible common bias near black.
   double centroid_offset = 0;    ///< Sum over cells of luminance times the angle between middle and centroid, rad.
   double chroma_edge_error = 0;  ///< Of the irradiance (luminance) of the lights, by shared chroma samples.
+  double stale = 0;              ///< RMS irradiance that may have changed where the frame was not read.
 };
 
 /// Possible error (one sigma, luminance) of the irradiance of a light that covers `samples` samples of chroma, one for
@@ -39,6 +40,7 @@ struct RelativeErrors {
   double noise = 0;  ///< One sigma.
   double near_black_bias = 0;
   double sampling = 0;  ///< Sum of absolute values, as in the bound.
+  double stale = 0;  ///< Where the frame was not read, relative to the least light that there may be; may be infinite.
 
   /// Whether noise and bias may be as large as all measured light: no relative error can be stated.
   [[nodiscard]] bool dark() const { return !(rms > 0) || near_black_bias + 3 * noise >= 1; }

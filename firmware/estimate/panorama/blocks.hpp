@@ -35,10 +35,13 @@ struct BlockSums {
         offset_y(layout.size()),
         exposures(layout.size()),
         clipped(layout.size()) {}
-  /// Resets totals and `clipped`; the other arrays are overwritten by a pass.
-  void clear() {
+  void clear_totals() {
     clipped_sr = noise = bias = motion_luminance = 0;
     counts = {};
+  }
+  /// Resets totals and `clipped`; the other arrays are overwritten by a pass.
+  void clear() {
+    clear_totals();
     std::fill(clipped.begin(), clipped.end(), 0.0F);
   }
   /// Sets a block, except for its errors. `luminance_sum`, `across`, `down`: integral of luminance, and the same times
@@ -65,6 +68,7 @@ struct FrameIntegral {
   bool filled = false;          ///< Unobserved directions were filled.
   /// Sum over the blocks without centroid correction: luminance times the angle between centroid and middle, rad.
   double centroid_offset = 0;
+  double stale = 0;  ///< RMS irradiance that may have changed in blocks that this frame did not read.
 
   /// `unseen_cells`: number of elements of `unseen`.
   FrameIntegral(const BlockLayout& layout, std::size_t unseen_cells) : blocks(layout), unseen(unseen_cells) {}

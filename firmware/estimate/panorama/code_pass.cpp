@@ -56,8 +56,9 @@ void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
     plan_block(lens, block);
     if (!(block_weights_.pixels[block] > 0)) continue;
     const bool weighted = block_weights_.unit[0][block] > 0;
-    if (runs.empty() || runs.back().end != column || runs.back().weighted != weighted)
-      runs.push_back({column, column, weighted, {}});
+    if (runs.empty() || runs.back().end != column || runs.back().weighted != weighted ||
+        (column - runs.back().first) * layout_.edge() >= kMaxRunPixels)
+      runs.push_back({column, column, weighted, run_count_++, {}});
     runs.back().end = column + 1;
   }
   for (WeightRun& run : runs)
@@ -184,6 +185,7 @@ CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockL
   for (int lens = 0; lens < layout.lens_count(); ++lens)
     plan_lens(rig.lenses[static_cast<std::size_t>(lens)].photometry);
   codes_.resize(columns);
+  errors_.resize(weights_.run_count());
 }
 
 void CodePass::Codes::resize(std::size_t blocks) {
@@ -241,16 +243,22 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   lenses_.push_back(std::move(plan));
 }
 
-void CodePass::run(const Frame& frame, BlockSums& out) {
-  out.clear();
+void CodePass::run(const Frame& frame, std::span<const std::uint8_t> read, BlockSums& out) {
+  out.clear_totals();
   const auto radiance_per_linear = static_cast<float>(1 / (frame.info.exposure_s * frame.info.gain));
   for (const View& view : frame.views()) {
     const LensPlan& plan = lenses_[static_cast<std::size_t>(view.lens)];
     for (int top = 0; top < view.height; top += layout_.edge()) {
       const int rows = std::min(layout_.edge(), view.height - top);
       for (const WeightRun& run : weights_.runs(view.lens, top / layout_.edge())) {
-        sum_run(view, plan, top, rows, run);
-        finish_run(view, plan, top, rows, run, radiance_per_linear, out);
+        BlockErrorSums& errors = errors_[run.number];
+        if (read.empty() || read[run.number] != 0) {
+          sum_run(view, plan, top, rows, run);
+          errors = finish_run(view, plan, top, rows, run, radiance_per_linear, out);
+        }
+        out.noise += errors.noise;
+        out.bias += errors.bias;
+        out.clipped_sr += errors.clipped_sr;
       }
     }
   }
@@ -369,8 +377,8 @@ void CodePass::gather_codes(const LensPlan& plan, int rows, std::size_t begin, s
   }
 }
 
-void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run,
-                          float radiance_per_linear, BlockSums& out) {
+BlockErrorSums CodePass::finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run,
+                                    float radiance_per_linear, BlockSums& out) {
   const Lanes lanes = lanes_of(view.format);
   const auto edge = static_cast<std::size_t>(layout_.edge()), first = static_cast<std::size_t>(run.first);
   const std::size_t blocks = static_cast<std::size_t>(run.end) - first;
@@ -416,9 +424,8 @@ void CodePass::finish_run(const View& view, const LensPlan& plan, int top, int r
   const BlockErrorSums error_sums = convert_block_sums(
       in, weights_.block_weights(block, lanes), codes_.at_first(), blocks,
       {&out.sum[block], &out.peak[block], &out.offset_x[block], &out.offset_y[block], &out.clipped[block]});
-  out.noise += error_sums.noise * radiance_per_linear * radiance_per_linear;
-  out.bias += error_sums.bias * radiance_per_linear;
-  out.clipped_sr += error_sums.clipped_sr;
+  return {error_sums.noise * radiance_per_linear * radiance_per_linear, error_sums.bias * radiance_per_linear,
+          error_sums.clipped_sr};
 }
 
 }  // namespace lightwell::estimate

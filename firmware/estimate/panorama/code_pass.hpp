@@ -22,12 +22,16 @@ enum class Lanes : std::uint8_t { interleaved, planar, mosaic };
 inline constexpr std::size_t kLaneKinds = 3;
 [[nodiscard]] Lanes lanes_of(PixelFormat format);
 
-/// Neighbouring blocks of one kind within a row of blocks.
+/// Neighbouring blocks of one kind within a row of blocks, kMaxRunPixels wide at most.
 struct WeightRun {
-  int first, end;  ///< Columns of blocks.
-  bool weighted;   ///< Pixels have 8-bit weights; false: the fitted plane is applied to sums and moments.
+  int first, end;      ///< Columns of blocks.
+  bool weighted;       ///< Pixels have 8-bit weights; false: the fitted plane is applied to sums and moments.
+  std::size_t number;  ///< Among all runs of the rig.
   std::array<std::size_t, kLaneKinds> weights;  ///< Offset of its rows of weights.
 };
+
+/// Runs are the parts of a picture that a frame reads or leaves out (RunRotation); a lamp needs few of them.
+inline constexpr int kMaxRunPixels = 192;
 
 /// Range of lanes that a kernel processes for a run: at least kMinLanes.
 struct LaneRange {
@@ -46,6 +50,11 @@ class CodeWeights {
   [[nodiscard]] std::span<const WeightRun> runs(int lens, int block_row) const {
     return rows_[static_cast<std::size_t>(lens)][static_cast<std::size_t>(block_row)];
   }
+  /// Of a lens, in blocks; 0 where the blocks have no weights.
+  [[nodiscard]] int row_count(int lens) const {
+    return rows_.empty() ? 0 : static_cast<int>(rows_[static_cast<std::size_t>(lens)].size());
+  }
+  [[nodiscard]] std::size_t run_count() const { return run_count_; }
   [[nodiscard]] LaneRange lane_range(int lens, Lanes lanes, const WeightRun& run) const;
   /// Weights of a weighted run: rows of lane_range().count elements.
   [[nodiscard]] const std::uint8_t* weights(const WeightRun& run, Lanes lanes) const {
@@ -72,6 +81,7 @@ class CodeWeights {
   const BlockLayout& layout_;
   BlockWeightArrays block_weights_;
   std::vector<std::vector<std::vector<WeightRun>>> rows_;  ///< By lens and row of blocks.
+  std::size_t run_count_ = 0;
   std::vector<std::uint8_t> bytes_;
 };
 
@@ -84,8 +94,12 @@ class CodePass {
   /// Whether the bracket is a single exposure of integer codes that the kernels can sum: rows of at least kMinLanes
   /// pixels, blocks of 2 to kMaxRows rows, and a linear response if codes have 10 or 12 bits.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
-  /// `frame` must have passed RowReader::bind().
-  void run(const Frame& frame, BlockSums& out);
+  /// `frame` must have passed RowReader::bind(). `read`: by number of a run, whether it is read; empty: all are. The
+  /// blocks of the others keep their sums; totals are of all runs of the frame's lenses, as they were last read.
+  void run(const Frame& frame, std::span<const std::uint8_t> read, BlockSums& out);
+  [[nodiscard]] const CodeWeights& weights() const { return weights_; }
+  /// Errors of a run as it was last read, in units of radiance.
+  [[nodiscard]] const BlockErrorSums& errors(std::size_t run) const { return errors_[run]; }
 
  private:
   /// Sums of a run by colour, one element per block (see BlockCodes).
@@ -114,8 +128,8 @@ class CodePass {
 
   void plan_lens(const PhotometricCalibration& photometry);
   void sum_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run);
-  void finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run,
-                  float radiance_per_linear, BlockSums& out);
+  BlockErrorSums finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run,
+                            float radiance_per_linear, BlockSums& out);
   /// Fills codes_ with the sums of `blocks` blocks from lane `begin`. `columns`: samples of a channel per block row.
   template <Lanes lanes>
   void gather_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,
@@ -125,6 +139,7 @@ class CodePass {
   CodeWeights weights_;
   std::vector<LensPlan> lenses_;
   Codes codes_;
+  std::vector<BlockErrorSums> errors_;  ///< By number of a run.
   /// Sums of up to three groups of lanes: the planes converted from YCbCr, or the even and the odd rows of a mosaic.
   std::vector<Scratch> groups_;
   std::vector<std::uint8_t> planes_;

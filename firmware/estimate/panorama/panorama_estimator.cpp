@@ -30,7 +30,8 @@ using namespace estimate;
 /// Approximate edge of a block. Smaller blocks take more time and have the same error (lightwell-eval --pareto).
 constexpr double kBlockRad = 3.2 * std::numbers::pi / 180;
 constexpr int kMaxBlockEdge = 16;
-/// Smallest share of the light in blocks with motion for which a bracket is flagged `moved`.
+/// Smallest share of the light that moves between the exposures of a bracket, or that changed where an interleaved
+/// frame did not read, for which `moved` is set.
 constexpr double kMotionThreshold = 0.005;
 
 /// The power of two nearest to kBlockRad in pixels of this rig.
@@ -50,8 +51,13 @@ std::unique_ptr<SphereIntegrator> make_integrator(const RigParameters& rig, cons
 }
 
 IntegrationErrors errors_of(const FrameIntegral& integral, const DetectedLights& found) {
-  return {integral.blocks.noise, integral.blocks.bias, integral.centroid_offset, found.chroma_edge_error};
+  return {integral.blocks.noise, integral.blocks.bias, integral.centroid_offset, found.chroma_edge_error,
+          integral.stale};
 }
+
+/// The core of a light has at least this part of its peak (light_finder.hpp).
+constexpr float kCoreFraction = 0.5F;
+constexpr std::size_t kMaxWatched = 1024;
 
 Projection scaled(Projection projection, double factor) {
   for (auto& c : projection.c)
@@ -72,7 +78,8 @@ void describe_measurement(const FrameIntegral& integral, const Projection& scene
   if (blocks.counts.invalid_pixels > 0) out.flags.set(Flag::cleaned);
   const auto& mean = scene.c[0];
   const double luminance = std::sqrt(kSphere) * luminance_of(mean[0], mean[1], mean[2]);
-  if (blocks.motion_luminance * factor > kMotionThreshold * luminance) out.flags.set(Flag::moved);
+  if (blocks.motion_luminance * factor > kMotionThreshold * luminance || errors.stale > kMotionThreshold)
+    out.flags.set(Flag::moved);
   if (errors.dark()) out.flags.set(Flag::dark);
 }
 
@@ -176,6 +183,7 @@ class PanoramaEstimator final : public Estimator {
     lights_.reserve(kMaxLights + 1);
     clipped_tracks_.reserve(kMaxLights + 1);
     clipped_.reserve(kMaxLights + 1);
+    watched_.reserve(kMaxWatched);
     residual_sums_.reserve(integrator_->cell_directions().size());
     reset_mapper();
   }
@@ -203,6 +211,8 @@ class PanoramaEstimator final : public Estimator {
 
  private:
   const DetectedLights& find_lights(const FrameIntegral& integral);
+  /// Of interleaved frames: the core of each light is read in the next frame.
+  void watch_lights(const BlockSums& blocks, const DetectedLights& found);
   [[nodiscard]] OptimizerOptions limits(const RelativeErrors& errors) const;
   [[nodiscard]] Flicker detect_flicker(std::span<const Frame> bracket, const BlockSums& blocks);
   void reset_mapper();
@@ -222,6 +232,7 @@ class PanoramaEstimator final : public Estimator {
   std::optional<LightTexels> light_texels_;
   bool mapper_is_new_ = true;  ///< None of its maps was sent yet.
   std::vector<CellSum> residual_sums_;
+  std::vector<std::uint32_t> watched_;  ///< Blocks with the cores of the lights.
   FlickerDetector flicker_;
   bool flicker_of_brackets_ = false;  ///< The detector's frames are exposures of brackets.
   LightTracker tracker_;
@@ -241,8 +252,10 @@ class PanoramaEstimator final : public Estimator {
 Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& out) {
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
   fill_header(bracket, {scale_.units, probe_id_, calibration_id_, config_.setting}, out);
-  const FrameIntegral& integral = integrator_->integrate(reader_, bracket, config_.panorama.unseen);
+  const int interleave = config_.panorama.interleave;
+  const FrameIntegral& integral = integrator_->integrate(reader_, bracket, config_.panorama.unseen, interleave);
   const DetectedLights& found = find_lights(integral);
+  if (interleave > 1) watch_lights(integral.blocks, found);
   const IntegrationErrors integration_errors = errors_of(integral, found);
 
   // From here on, scene and lights have the descriptor's units.
@@ -264,7 +277,7 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   out.radiance = optimized_.residual;
   out.radiance_step = optimized_.step;
   describe_measurement(integral, scene, scale_.factor, errors, out);
-  out.flicker = detect_flicker(bracket, integral.blocks);
+  out.flicker = interleave > 1 && bracket.size() == 1 ? Flicker::unknown : detect_flicker(bracket, integral.blocks);
   update_map(integral, bracket.size(), found, out);
   const double recovery_uncertainty = recover_clipped(out);
   out.bound = error_bound(out, errors, optimized_, smoothed, recovery_uncertainty);
@@ -277,6 +290,20 @@ const DetectedLights& PanoramaEstimator::find_lights(const FrameIntegral& integr
   const RelativeErrors errors = relative_errors(integral.projection, errors_of(integral, found), 1, constant_sampling_);
   const Light* brightest = found.lights.empty() ? nullptr : &found.lights.front();
   return finder_.find_others(reader_, optimizer_.max_lights_to_find(integral.projection, brightest, limits(errors)));
+}
+
+void PanoramaEstimator::watch_lights(const BlockSums& blocks, const DetectedLights& found) {
+  watched_.clear();
+  for (const std::uint8_t region : found.region) {
+    const auto of_region = [region](const DetectedLights::Part& part) { return part.region == region; };
+    float largest = 0;
+    for (const DetectedLights::Part& part : found.parts)
+      if (of_region(part)) largest = std::max(largest, blocks.peak[part.block]);
+    for (const DetectedLights::Part& part : found.parts)
+      if (of_region(part) && blocks.peak[part.block] >= kCoreFraction * largest && watched_.size() < kMaxWatched)
+        watched_.push_back(part.block);
+  }
+  integrator_->watch(watched_);
 }
 
 OptimizerOptions PanoramaEstimator::limits(const RelativeErrors& errors) const {

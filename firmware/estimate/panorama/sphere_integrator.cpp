@@ -132,6 +132,7 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
       block_pass_(table, layout_),
       code_pass_(rig, table, layout_),
       bracket_pass_(rig, table, layout_),
+      rotation_(code_pass_, layout_, grid_),
       unseen_(rig, table, layout_, grid_),
       integral_(layout_, unseen_.cells().size()),
       pixel_rad_(pixel_side(table)) {
@@ -141,23 +142,42 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
   offset_blocks_.resize(kMaxCentroidCorrections + 1);
 }
 
-const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill) {
+const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill,
+                                                 int interleave) {
   FrameIntegral& out = integral_;
-  if (code_pass_.supports(bracket)) {
-    code_pass_.run(bracket[0], out.blocks);
+  unsigned present = 0;
+  for (int lens = 0; lens < layout_.lens_count(); ++lens)
+    if (reader.has(lens)) present |= 1U << lens;
+  const bool codes = code_pass_.supports(bracket);
+  const bool rotates = codes && interleave > 1 && present == (1U << layout_.lens_count()) - 1;
+  if (!rotates) rotation_.restart();
+  std::span<const std::uint8_t> read;
+  if (rotates) read = rotation_.begin_frame(interleave, bracket.front().info.mid_exposure);
+  if (codes) {
+    code_pass_.run(bracket[0], read, out.blocks);
   } else if (bracket_pass_.supports(bracket)) {
     bracket_pass_.run(bracket, out.blocks);
     reader.limit_exposures_per_block(layout_, out.blocks.exposures);
   } else {
     block_pass_.run(reader, out.blocks);
   }
-  unsigned present = 0;
-  for (int lens = 0; lens < layout_.lens_count(); ++lens)
-    if (reader.has(lens)) present |= 1U << lens;
   const double luminance = sum_observed(present);
-  correct_centroids(luminance);
+  out.stale = 0;
+  if (rotates) {
+    for (std::size_t run = 0; run < read.size(); ++run) {
+      if (read[run] == 0) continue;
+      const auto [begin, end, position] = rotation_.runs()[run];
+      const double centroid_offset = correct_centroids(begin, end, luminance);
+      rotation_.set(run, out.blocks.sum, centroid_overrides_, centroid_offset);
+    }
+    rotation_.project(out.projection);
+    out.centroid_offset = rotation_.centroid_offset();
+    out.stale = rotation_.stale();
+  } else {
+    out.centroid_offset = correct_centroids(0, layout_.size(), luminance);
+  }
   out.filled = unseen_.fill(fill, present, bracket.front().info.mid_exposure, out.blocks.sum, out.unseen);
-  grid_.project(out.blocks.sum, centroid_overrides_, out.projection);
+  if (!rotates) grid_.project(out.blocks.sum, centroid_overrides_, out.projection);
   if (!out.filled || out.unseen.empty()) return out;
   unseen_.cells().project(out.unseen, {}, unseen_projection_);
   for (std::size_t i = 0; i < kRowCount; ++i)
@@ -174,7 +194,7 @@ double SphereIntegrator::sum_observed(unsigned present) {
     for (std::size_t block = first; block < end; ++block) {
       if ((present >> lens & 1U) == 0) {
         blocks.sum[block] = {};
-        blocks.peak[block] = blocks.offset_x[block] = blocks.offset_y[block] = 0;
+        blocks.peak[block] = blocks.offset_x[block] = blocks.offset_y[block] = blocks.clipped[block] = 0;
         continue;
       }
       observed_sr += grid_.solid_angle(block);
@@ -221,21 +241,19 @@ Vec3d SphereIntegrator::direction_at(const BilinearSample& sample) {
   return normalized(vec_cast<double>(interpolate(upper, lower, sample.y)));
 }
 
-void SphereIntegrator::correct_centroids(double luminance) {
+double SphereIntegrator::correct_centroids(std::size_t begin, std::size_t end, double luminance) {
   const BlockSums& sums = integral_.blocks;
   centroid_overrides_.clear();
-  integral_.centroid_offset = 0;
-  if (!(luminance > 0)) return;
+  if (!(luminance > 0)) return 0;
   const auto limit = static_cast<float>(kMaxCentroidError * luminance / pixel_rad_);
-  const std::size_t blocks = sums.sum.size();
-  for (std::size_t block = 0; block < blocks; ++block) {
+  for (std::size_t block = begin; block < end; ++block) {
     const float x = sums.offset_x[block], y = sums.offset_y[block];
     offset_luminance_[block] = std::max(sums.sum[block].luminance(), 0.0F) * std::sqrt(x * x + y * y);
   }
   // Four independent sums hide the latency of additions.
   double remaining4[4] = {};
   std::size_t count = 0;
-  for (std::size_t block = 0; block < blocks; ++block) {
+  for (std::size_t block = begin; block < end; ++block) {
     const float offset_luminance = offset_luminance_[block];
     // Written unconditionally, counted if above the limit: the branch would be unpredictable.
     offset_blocks_[count] = static_cast<std::uint32_t>(block);
@@ -257,7 +275,7 @@ void SphereIntegrator::correct_centroids(double luminance) {
     else
       centroid_overrides_.push_back({offset_blocks_[k], d});
   }
-  integral_.centroid_offset = remaining * pixel_rad_;
+  return remaining * pixel_rad_;
 }
 
 }  // namespace lightwell::estimate

@@ -17,6 +17,7 @@
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bracket_pass.hpp"
 #include "estimate/panorama/code_pass.hpp"
+#include "estimate/panorama/run_rotation.hpp"
 #include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
@@ -67,7 +68,11 @@ class SphereIntegrator {
 
   /// The result is valid until the next call. `reader` must be bound to `bracket`; where exposures were excluded from
   /// blocks because of motion, it reads without them until the next bind(). `fill`: what replaces unobserved light.
-  const FrameIntegral& integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill);
+  /// `interleave`: frames in which the whole picture is read once (RunRotation), where CodePass supports the bracket
+  /// and no lens is missing; otherwise, and for 1, the frame is read whole.
+  const FrameIntegral& integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill, int interleave);
+  /// After integrate(): what the next one reads again; see RunRotation::watch().
+  void watch(std::span<const std::uint32_t> blocks) { rotation_.watch(blocks); }
 
   [[nodiscard]] const BlockLayout& layout() const { return layout_; }
   /// Block k is cell k.
@@ -88,9 +93,9 @@ class SphereIntegrator {
   /// Sets the blocks of missing lenses to zero, and what integral_ holds about the observed ones. Returns the integral
   /// of their luminance. `present`: bit mask of the lenses in the bracket.
   double sum_observed(unsigned present);
-  /// Fills centroid_overrides_ for the blocks whose centroid offset matters most; sums the others to
-  /// integral_.centroid_offset. `luminance`: of all blocks.
-  void correct_centroids(double luminance);
+  /// Fills centroid_overrides_ for those blocks from `begin` to before `end` whose centroid offset matters most;
+  /// returns the sum of the others (FrameIntegral::centroid_offset). `luminance`: of all blocks.
+  double correct_centroids(std::size_t begin, std::size_t end, double luminance);
   /// Position of the centroid of a block's light.
   [[nodiscard]] BilinearSample bilinear_sample_of(std::size_t block) const;
   [[nodiscard]] static Vec3d direction_at(const BilinearSample& sample);
@@ -101,6 +106,7 @@ class SphereIntegrator {
   BlockPass block_pass_;
   CodePass code_pass_;
   BracketPass bracket_pass_;
+  RunRotation rotation_;
   UnseenLight unseen_;
   FrameIntegral integral_;
   Projection unseen_projection_;

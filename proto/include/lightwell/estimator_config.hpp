@@ -38,6 +38,7 @@ struct PanoramaEstimatorConfig {
   Smoothing smoothing = Smoothing::one_euro;
   int environment_edge = 0;
   double environment_rate = 5;
+  int interleave = 1;
 
   friend bool operator==(const PanoramaEstimatorConfig&, const PanoramaEstimatorConfig&) = default;
 };
@@ -88,6 +89,7 @@ struct EstimatorUpdate {
     std::optional<Smoothing> smoothing{};
     std::optional<int> environment_edge{};
     std::optional<double> environment_rate{};
+    std::optional<int> interleave{};
 
     friend bool operator==(const Panorama&, const Panorama&) = default;
   };

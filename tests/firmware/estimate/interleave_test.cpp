@@ -1,0 +1,247 @@
+// Interleaved sampling (panorama.interleave): constant light is that of whole frames, changes are read in the next
+// frame or said by the bound, and nothing drifts.
+#include <algorithm>
+#include <cmath>
+
+#include "estimate/panorama/run_rotation.hpp"
+#include "scenes.hpp"
+#include "sim/scene.hpp"
+#include "sim/sensor.hpp"
+
+namespace lightwell {
+namespace {
+
+using namespace testing_scenes;
+
+constexpr std::int64_t kFrame_ns = 33'333'333;
+/// Full scale is a radiance of 0.01 / exposure (firmware/sim/sensor.hpp): 10.
+constexpr double kExposure_s = 1e-3;
+
+EstimatorConfig interleaved(int frames) {
+  EstimatorConfig config = everything(6);
+  config.panorama.smoothing = Smoothing::none;
+  config.panorama.interleave = frames;
+  return config;
+}
+
+/// A room without a lamp: walls, ceiling, a bright window; range 0.2 to 6.
+Radiance room(Vec3d d) {
+  Radiance l{1, 1, 1};
+  if (d.x < -0.7) l = {2, 0.6F, 0.5F};
+  if (d.y < -0.6) l = {0.4F, 0.3F, 0.2F};
+  if (d.x > 0.8 && d.y > 0) l = {5, 5.5F, 6};
+  return l;
+}
+
+Radiance plus_lamp(Radiance l, Vec3d d, Vec3d toward, float peak = 8) {
+  const double a = angle_between(d, normalized(toward));
+  const auto glow = static_cast<float>(peak * std::exp(-a * a / (2 * 0.05 * 0.05)));
+  return {std::min(l.r + glow, 9.5F), std::min(l.g + glow, 9.5F), std::min(l.b + glow, 9.5F)};
+}
+
+/// One picture of a scene, as frames with noise of their own.
+class Shots {
+ public:
+  Shots(const RigParameters& rig, PixelFormat format, const RadianceOf& scene) : rig_(rig), format_(format) {
+    const sim::Scene panorama(sim::from_function(256, scene));
+    for (const LensParameters& lens : rig.lenses)
+      radiance_.push_back(sim::render_radiance(panorama, panorama.state_at(0), lens, 1));
+  }
+  /// `lenses`: bit mask. The frame is valid until the next call.
+  const Frame& at(std::int64_t time_ns, std::uint64_t noise, unsigned lenses = 3) {
+    bytes_.clear();
+    frame_ = {};
+    frame_.info.exposure_s = kExposure_s;
+    frame_.info.sequence = noise;
+    frame_.info.mid_exposure = {time_ns};
+    frame_.info.delivered = {time_ns};
+    for (std::size_t k = 0; k < rig_.lenses.size(); ++k) {
+      if ((lenses >> k & 1U) == 0) continue;
+      const sim::Sensor sensor(rig_.lenses[k], sim::sensor_of(rig_, format_, 1));
+      std::vector<std::byte>& pixels = bytes_.emplace_back(sensor.bytes());
+      sensor.expose(radiance_[k], {kExposure_s, 1, noise, static_cast<int>(k)}, pixels);
+      frame_.add_view(
+          {static_cast<int>(k), format_, rig_.lenses[k].width, rig_.lenses[k].height, sensor.stride(), pixels});
+    }
+    return frame_;
+  }
+
+ private:
+  RigParameters rig_;
+  PixelFormat format_;
+  std::vector<std::vector<float>> radiance_;
+  std::vector<std::vector<std::byte>> bytes_;
+  Frame frame_;
+};
+
+Descriptor light_of(Estimator& estimator, const Frame& frame) {
+  Descriptor d;
+  const Status s = estimator.estimate({&frame, 1}, d);
+  EXPECT_TRUE(s.ok()) << s.message();
+  return d;
+}
+
+/// RMS difference of the irradiance relative to that of `truth`.
+double difference(const Descriptor& got, const Descriptor& truth) {
+  return error_of(got, [&](Vec3d n) { return irradiance_at(truth, vec_cast<float>(n)); });
+}
+
+class InterleavedFormats : public testing::TestWithParam<PixelFormat> {};
+
+TEST_P(InterleavedFormats, ConstantLightIsThatOfWholeFrames) {
+  const RigParameters rig = rig_of("pair", 480, 360, GetParam());
+  Shots shots(rig, GetParam(), [](Vec3d d) { return plus_lamp(room(d), d, {0.3, 0.8, -0.5}); });
+  const Descriptor whole = light_of(*estimator_of(rig, interleaved(1)), shots.at(kFrame_ns, 0));
+  ASSERT_EQ(whole.lights.size(), 1U);
+  for (const int n : {2, 3, 8, 16}) {
+    const auto estimator = estimator_of(rig, interleaved(n));
+    for (int i = 0; i < 2 * n + 1; ++i) {
+      const Descriptor d = light_of(*estimator, shots.at((i + 1) * kFrame_ns, 0));
+      // Projections of runs are kept as floats: 1e-6 of the largest coefficient.
+      EXPECT_LT(difference(d, whole), 2e-6) << n << " " << i;
+      ASSERT_EQ(d.lights.size(), 1U);
+      EXPECT_EQ(d.lights[0].direction, whole.lights[0].direction);
+      EXPECT_NEAR(d.bound.total, whole.bound.total, 1e-5);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Estimator, InterleavedFormats,
+                         testing::Values(PixelFormat::rgb8, PixelFormat::nv12, PixelFormat::yuyv,
+                                         PixelFormat::bayer_rggb8));
+
+class Interleaved : public testing::Test {
+ protected:
+  static constexpr int kN = 8;
+
+  /// The descriptor of the interleaved estimator, and that of one that reads whole frames.
+  struct Both {
+    Descriptor got, whole;
+    [[nodiscard]] double error() const { return difference(got, whole); }
+  };
+  Both next(Shots& shots, std::int64_t pause_ns = 0, unsigned lenses = 3) {
+    time_ns_ += kFrame_ns + pause_ns;
+    const Frame& frame = shots.at(time_ns_, ++frame_, lenses);
+    return {light_of(*interleaved_, frame), light_of(*whole_, frame)};
+  }
+  void settle(Shots& shots) {
+    for (int i = 0; i < 2 * kN; ++i) (void)next(shots);
+  }
+  Shots shots(const RadianceOf& scene) const { return {rig_, PixelFormat::rgb8, scene}; }
+
+  RigParameters rig_ = rig_of("pair", 480, 360, PixelFormat::rgb8);
+  std::unique_ptr<Estimator> interleaved_ = estimator_of(rig_, interleaved(kN)),
+                             whole_ = estimator_of(rig_, interleaved(1));
+  std::int64_t time_ns_ = 1'000'000'000;
+  std::uint64_t frame_ = 0;
+};
+
+TEST_F(Interleaved, NoiseAloneIsNoChange) {
+  Shots constant = shots(room);
+  settle(constant);
+  for (int i = 0; i < 40; ++i) {
+    const Both b = next(constant);
+    EXPECT_NEAR(b.got.bound.sampling, b.whole.bound.sampling, 1e-5) << "frame " << i << " takes noise for a change";
+    EXPECT_LT(b.error(), b.got.bound.noise);
+  }
+}
+
+TEST_F(Interleaved, ALampThatIsSwitchedOffIsGoneInTheSameFrame) {
+  Shots on = shots([](Vec3d d) { return plus_lamp(room(d), d, {0.3, 0.8, -0.5}); }), off = shots(room);
+  settle(on);
+  ASSERT_EQ(next(on).got.lights.size(), 1U);
+  const Both b = next(off);
+  EXPECT_TRUE(b.got.lights.empty());
+  EXPECT_LT(b.error(), b.got.bound.total);
+}
+
+TEST_F(Interleaved, LightThatChangesEverywhereIsReadInTheNextFrame) {
+  for (const float factor : {0.98F, 0.7F, 0.1F}) {
+    Shots before = shots(room), after = shots([factor](Vec3d d) { return room(d) * factor; });
+    settle(before);
+    const Both first = next(after), second = next(after);
+    EXPECT_GT(first.error(), 0.5 * (1 / factor - 1) * (kN - 1) / kN) << "most runs are not read yet";
+    EXPECT_LT(first.error(), first.got.bound.total) << factor;
+    EXPECT_TRUE(first.got.flags.has(Flag::moved) || factor > 0.9F) << factor;
+    EXPECT_LT(second.error(), 1e-5) << factor << ": the next frame reads everything";
+    EXPECT_FALSE(second.got.flags.has(Flag::moved)) << factor;
+  }
+}
+
+TEST_F(Interleaved, TheBoundHoldsWhileLightMovesAndDims) {
+  Shots start = shots([](Vec3d d) { return plus_lamp(room(d), d, {1, 0.6, 0}); });
+  settle(start);
+  for (int i = 1; i <= 60; ++i) {
+    // A lamp that goes around the room, and a room that dims by 2 % a frame at most.
+    const double turn = 0.05 * i;
+    const auto level = static_cast<float>(1 - 0.3 * std::sin(0.07 * i) * std::sin(0.07 * i));
+    Shots now = shots([&](Vec3d d) { return plus_lamp(room(d) * level, d, {std::cos(turn), 0.6, std::sin(turn)}); });
+    const Both b = next(now);
+    EXPECT_LT(b.error(), b.got.bound.total) << "frame " << i;
+  }
+}
+
+TEST_F(Interleaved, ALampWithoutIndirectLightIsReadWithinTheRotation) {
+  const Vec3d places[] = {{0, 1, 0}, {0, -1, 0},       {-1, 0, 0},       {0, 0, -1},
+                          {0, 0, 1}, {-0.5, 0.2, 0.7}, {0.3, -0.6, -0.9}};
+  for (const Vec3d& place : places) {
+    Shots before = shots(room), after = shots([place](Vec3d d) { return plus_lamp(room(d), d, place); });
+    settle(before);
+    Both b = next(after);
+    for (int i = 1; i < kN; ++i) b = next(after);
+    EXPECT_LT(b.error(), 1e-3) << place.x << " " << place.y << " " << place.z;
+  }
+}
+
+TEST_F(Interleaved, FramesAreWholeAfterAPauseABackwardsClockAndAMissingLens) {
+  Shots before = shots(room), after = shots([](Vec3d d) { return room(d) * 0.5F; });
+  settle(before);
+  EXPECT_LT(next(after, 2'000'000'000).error(), 1e-6) << "a pause";
+  settle(before);
+  EXPECT_LT(next(after, -1'000'000'000).error(), 1e-6) << "a backwards clock";
+  settle(before);
+  EXPECT_LT(next(after, 0, 1).error(), 1e-6) << "one lens";
+  EXPECT_LT(next(after).error(), 1e-6) << "both lenses again";
+}
+
+TEST(InterleavedSums, DoNotDriftInTwentyThousandFrames) {
+  // Two pictures in turn: every sum changes in each rotation.
+  const RigParameters rig = rig_of("equirect", 64, 32, PixelFormat::rgb8);
+  Shots shots(rig, PixelFormat::rgb8, room);
+  const auto estimator = estimator_of(rig, interleaved(3));
+  Descriptor last;
+  for (int i = 0; i <= 20'000; ++i)
+    last = light_of(*estimator, shots.at((i + 1) * kFrame_ns, static_cast<std::uint64_t>(i / 3 % 2), 1));
+  // The last three frames were the first picture.
+  EXPECT_LT(difference(last, light_of(*estimator_of(rig, interleaved(1)), shots.at(kFrame_ns, 0, 1))), 2e-6);
+}
+
+TEST(RunRotation, ReadsEachRunOnceInARotation) {
+  using namespace estimate;
+  const RigParameters rig = rig_of("pair", 480, 360, PixelFormat::rgb8);
+  const RigTable table = *make_rig_table(rig);
+  const BlockLayout layout(table, 8);
+  const CellGrid grid = layout.make_grid(table);
+  const CodePass pass(rig, table, layout);
+  for (const int n : {2, 4, 8, 16}) {
+    RunRotation rotation(pass, layout, grid);
+    std::vector<int> times(rotation.runs().size());
+    ASSERT_GT(times.size(), 100U);
+    Projection projection;
+    for (int frame = 0; frame <= n; ++frame) {
+      const auto read = rotation.begin_frame(n, {frame * kFrame_ns + 1});
+      const auto count = std::ranges::count(read, 1);
+      if (frame == 0) {
+        EXPECT_EQ(count, static_cast<std::ptrdiff_t>(times.size())) << "the first frame is whole";
+      } else {
+        EXPECT_NEAR(static_cast<double>(count) * n / static_cast<double>(times.size()), 1, 0.3);
+        for (std::size_t run = 0; run < times.size(); ++run) times[run] += read[run];
+      }
+      rotation.project(projection);
+    }
+    EXPECT_EQ(std::ranges::count(times, 1), static_cast<std::ptrdiff_t>(times.size())) << n;
+  }
+}
+
+}  // namespace
+}  // namespace lightwell
