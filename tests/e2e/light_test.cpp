@@ -156,7 +156,7 @@ TEST_F(LightTest, TheToolReadsTheConfigurationAndChangesAFieldOfIt) {
                                       "\"panorama.light_threshold\":6,\"panorama.epsilon\":0.0123456789,"
                                       "\"panorama.radiance_epsilon\":0,\"panorama.unseen_fill\":\"none\","
                                       "\"panorama.smoothing\":\"one_euro\",\"panorama.environment_edge\":0,"
-                                      "\"panorama.environment_rate\":5}\n")}));
+                                      "\"panorama.environment_rate\":5,\"panorama.interleave\":1}\n")}));
   const auto [code, text] = run({"config", "get", uri});
   EXPECT_EQ(code, 0);
   EXPECT_THAT(text, ::testing::StartsWith("# estimator: panorama\nband=6\nmax_lights=3\n"));

@@ -184,6 +184,9 @@ namespace Lightwell
         public int MarkerMaxFaces;
         /// <summary>Option of the specular estimator: 0, 8, 16, 32 or 64.</summary>
         public int SpecularEnvironmentEdge;
+        /// <summary>Option of the panorama estimator: 1 to 16.</summary>
+        public int Interleave;
+        private int reserved2;
 
         public static EstimatorConfig Defaults() =>
             Native.Filled(Sized(), (ref EstimatorConfig config) => Native.lw_estimator_config_defaults(ref config));
@@ -199,7 +202,7 @@ namespace Lightwell
         public int? Band, MaxLights, Setting, Unseen, Smoothing, EnvironmentEdge;
         public double? LightThreshold, Epsilon, RadianceEpsilon, EnvironmentRate;
         public double? MarkerDecimation, MarkerSearchDecimation;
-        public int? MarkerMaxFaces, SpecularEnvironmentEdge;
+        public int? MarkerMaxFaces, SpecularEnvironmentEdge, Interleave;
 
         /// <summary>Copies the fields that are set into `config`; returns their LW_FIELD_ bits.</summary>
         internal ulong Fill(ref EstimatorConfig config) =>
@@ -212,7 +215,8 @@ namespace Lightwell
             Put(MarkerDecimation, 10, ref config.MarkerDecimation) |
             Put(MarkerSearchDecimation, 11, ref config.MarkerSearchDecimation) |
             Put(MarkerMaxFaces, 12, ref config.MarkerMaxFaces) |
-            Put(SpecularEnvironmentEdge, 13, ref config.SpecularEnvironmentEdge);
+            Put(SpecularEnvironmentEdge, 13, ref config.SpecularEnvironmentEdge) |
+            Put(Interleave, 14, ref config.Interleave);
 
         private static ulong Put<T>(T? value, int bit, ref T field) where T : struct
         {

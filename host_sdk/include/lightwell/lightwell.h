@@ -35,7 +35,7 @@ extern "C" {
 #endif
 
 /* Of this header. The upper 16 bits (and the SONAME) change with incompatible changes, the lower 16 with additions. */
-#define LW_ABI_VERSION 0x00010007
+#define LW_ABI_VERSION 0x00010008
 
 #define LW_ZERO_TERMINATED SIZE_MAX /* As a length: the text ends with a zero byte. */
 
@@ -74,7 +74,8 @@ enum {
   LW_FLAG_CLIPPED = 1 << 2,   /* Pixels saturated in every exposure; their energy is a lower bound. */
   LW_FLAG_CLEANED = 1 << 3,   /* The input had NaN, infinite or negative radiance, which was replaced. */
   LW_FLAG_DARK = 1 << 4,      /* Only darkness: there is no relative error. */
-  LW_FLAG_MOVED = 1 << 5,     /* Something moved between the exposures of a bracket. */
+  LW_FLAG_MOVED = 1 << 5,     /* Something moved between the exposures of a bracket, or changed where a frame was
+                               * not read (interleave). */
   LW_FLAG_FILLED = 1 << 6,    /* Directions that no pixel sees were filled by choice; the bound excludes them. */
   LW_FLAG_RECOVERED = 1 << 7, /* The energy of saturated pixels was recovered. */
   LW_FLAG_UNSURE = 1 << 8     /* Several lights fit: the direction of the strongest is uncertain or unknown. */
@@ -196,6 +197,8 @@ typedef struct lw_estimator_config {
   double marker_search_decimation;
   int32_t marker_max_faces;
   int32_t specular_environment_edge; /* Of the specular estimator only. 0, 8, 16, 32 or 64. */
+  int32_t interleave;                /* Of the panorama estimator only. 1 to 16. Since LW_ABI_VERSION 0x00010008. */
+  int32_t reserved_2;                /* 0. */
 } lw_estimator_config;
 
 /* Fields of lw_estimator_config, for lw_probe_change_estimator. */
@@ -213,7 +216,8 @@ enum {
   LW_FIELD_MARKER_DECIMATION = 1 << 10,
   LW_FIELD_MARKER_SEARCH_DECIMATION = 1 << 11,
   LW_FIELD_MARKER_MAX_FACES = 1 << 12,
-  LW_FIELD_SPECULAR_ENVIRONMENT_EDGE = 1 << 13
+  LW_FIELD_SPECULAR_ENVIRONMENT_EDGE = 1 << 13,
+  LW_FIELD_INTERLEAVE = 1 << 14
 };
 
 typedef int32_t lw_estimator_kind; /* What light is estimated from. */

@@ -101,6 +101,8 @@ constexpr auto kConfigMembers = std::tuple{
     ConfigMember{LW_FIELD_SPECULAR_ENVIRONMENT_EDGE, "specular_environment_edge",
                  &lw_estimator_config::specular_environment_edge,
                  [](auto& s) -> decltype(auto) { return (s.specular.environment_edge); }},
+    ConfigMember{LW_FIELD_INTERLEAVE, "interleave", &lw_estimator_config::interleave,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.interleave); }},
 };
 
 template <class Visit>

@@ -48,7 +48,8 @@ enum class Flag : std::uint8_t {
   cleaned = 3,    ///< The input held NaN, infinite or negative radiance, which was replaced.
   dark = 4,       ///< The frame is dark: no relative error can be stated.
   moved = 5,      ///< Something moved between the exposures of a bracket; there the radiance is that of the shortest
-                  ///< exposure and of those that agree with it.
+                  ///< exposure and of those that agree with it. Or light changed where an interleaved frame was not
+                  ///< read; there it is older by up to the rotation's length.
   filled = 6,     ///< Directions that no pixel sees were filled as configured (UnseenFill); no error bound covers them.
   recovered = 7,  ///< The energy of saturated pixels was recovered from a lux meter, from the grey patch, or from
                   ///< the light that a glossy plane reflects diffusely.

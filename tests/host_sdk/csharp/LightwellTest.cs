@@ -304,7 +304,8 @@ internal static partial class LightwellTest
             { "marker.decimation", new EstimatorUpdate { MarkerDecimation = 9 } },
             { "marker.search_decimation", new EstimatorUpdate { MarkerSearchDecimation = 9 } },
             { "marker.max_faces", new EstimatorUpdate { MarkerMaxFaces = -1 } },
-            { "specular.environment_edge", new EstimatorUpdate { SpecularEnvironmentEdge = 7 } }
+            { "specular.environment_edge", new EstimatorUpdate { SpecularEnvironmentEdge = 7 } },
+            { "interleave", new EstimatorUpdate { Interleave = 17 } }
         };
         foreach (var field in wrong)
             Check(Throws(Status.InvalidArgument, field.Key, () => probe.ChangeEstimator(field.Value)), field.Key);

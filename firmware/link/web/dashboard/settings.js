@@ -42,6 +42,11 @@ const fields = [
   },
   { section: "panorama", name: "environmentRate", label: "Maps a second", help: "At most.", min: 0.1, step: "any" },
   {
+    section: "panorama", name: "interleave", label: "Frames that read the picture once",
+    help: "1: every frame is read whole. More: faster.",
+    min: 1, max: 16, step: 1,
+  },
+  {
     section: "marker", name: "decimation", label: "Decimation where expected",
     help: "0: by the tags' size. Larger: faster, less exact.",
     min: 0, max: 8, step: "any",

@@ -297,6 +297,8 @@ class EstimatorConfig:
     marker_max_faces: int
     # Option of the specular estimator.
     specular_environment_edge: int
+    # Option of the panorama estimator, of newer probes.
+    interleave: int
 
 
 @dataclass(frozen=True)

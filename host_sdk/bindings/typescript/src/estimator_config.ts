@@ -19,6 +19,7 @@ export interface EstimatorConfig {
     smoothing: "none" | "one_euro";
     environmentEdge: number;
     environmentRate: number;
+    interleave: number;
   };
   marker: { decimation: number; searchDecimation: number; maxFaces: number };
   specular: { environmentEdge: number };
@@ -74,6 +75,7 @@ const sections: readonly { name: EstimatorKind; field: number; options: readonly
       { name: "smoothing", field: 5, type: ["none", "one_euro"], initial: "one_euro", allow: within(1, 2) },
       { name: "environmentEdge", field: 6, type: "uint32", initial: 0, allow: edge },
       { name: "environmentRate", field: 7, type: "double", initial: 5, allow: (v) => v > 0 && v < Infinity },
+      { name: "interleave", field: 8, type: "uint32", initial: 1, allow: within(1, 16) },
     ],
   },
   {

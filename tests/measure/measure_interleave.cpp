@@ -1,0 +1,153 @@
+// Interleaved sampling (panorama.interleave) against whole frames, in every real panorama: prints one JSON object per
+// motion and interleave for tests/figures, over all scenes.
+//   measure_interleave [--frames N]     frames of each scene and motion [64]
+// Motions: still; switched, lamps go on and off every second without light on other surfaces, which is the hardest
+// case, because no run that is read tells of it; turning, the probe rotates by 30 degrees per second. One exposure of
+// sRGB RGB8 with noise, in which no pixel saturates; smoothing is off, so that each frame stands for itself. Frames
+// with an infinite bound count as flagged. "unread": the frames from a switch on that are fewer than the rotation.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+
+#include <nlohmann/json.hpp>
+
+#include <lightwell/quantile.hpp>
+#include <lightwell/query.hpp>
+
+#include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/output.hpp"
+#include "measure/panorama_truth.hpp"
+#include "measure/shots.hpp"
+#include "sim/panorama.hpp"
+#include "tools/command_line.hpp"
+
+namespace {
+
+using namespace lightwell;
+namespace ref = reference;
+
+constexpr int kInterleaves[] = {1, 2, 4, 8, 16};
+constexpr double kTurnRadPerS = 30 * std::numbers::pi / 180;
+constexpr std::uint64_t kSwitchFrames = 30;
+enum class Motion { still, switched, turning };
+constexpr const char* kMotions[] = {"still", "switched", "turning"};
+
+[[noreturn]] void fail(const Status& s) {
+  std::fprintf(stderr, "measure_interleave: %s\n", s.message().c_str());
+  std::exit(1);
+}
+
+struct Frames {
+  int count = 0, flagged = 0, held = 0;
+  double worst_error = 0;
+  std::vector<double> errors, ratios;  ///< Of frames that are not flagged: error, and bound divided by error.
+
+  void add(double error, double bound) {
+    ++count;
+    if (!std::isfinite(bound)) {
+      ++flagged;
+      return;
+    }
+    held += error <= bound ? 1 : 0;
+    worst_error = std::max(worst_error, error);
+    errors.push_back(error);
+    ratios.push_back(error > 0 ? bound / error : 1e9);
+  }
+  [[nodiscard]] nlohmann::json summary() const {
+    return {{"frames", count},
+            {"flagged", flagged},
+            {"held", held},
+            {"median_error", upper_quantile(std::vector(errors), 0.5)},
+            {"worst_error", worst_error},
+            {"median_ratio", upper_quantile(std::vector(ratios), 0.5)},
+            {"least_ratio", upper_quantile(std::vector(ratios), 0)}};
+  }
+};
+
+struct Probe {
+  int interleave;
+  std::unique_ptr<Estimator> estimator{};
+  Frames read{}, unread{};
+};
+
+measure::PanoramaTruth truth_of(const sim::Panorama& p) {
+  return measure::panorama_truth("", {p.width, p.height, {p.rgb.begin(), p.rgb.end()}});
+}
+
+double error_of(const measure::PanoramaTruth& truth, const Descriptor& d, Quat to_probe) {
+  const ref::IrradianceError e = measure::irradiance_error(truth, [&](const ref::V3& n) {
+    const Irradiance v = irradiance_at(d, vec_cast<float>(rotate(to_probe, Vec3d{n.x, n.y, n.z})));
+    return ref::Rgb{v.r, v.g, v.b};
+  });
+  return std::max(e.rms, e.luminance_weighted);
+}
+
+void measure_scene(measure::Camera& camera, const std::string& path, Motion motion_kind, int frames,
+                   std::vector<Probe>& probes) {
+  Result<sim::Panorama> panorama = sim::load_panorama(path);
+  if (!panorama) fail(panorama.status());
+  sim::Motion motion;
+  motion.turn_rad_per_s = motion_kind == Motion::turning ? kTurnRadPerS : 0;
+  motion.cycle_frames = 4096;  // Longer than any run, so that the rotation does not reverse.
+  motion.switch_period_frames = motion_kind == Motion::still ? 0 : kSwitchFrames;
+  const sim::Scene scene(std::move(*panorama), motion);
+  sim::SceneState off = scene.state_at(0);
+  off.lamp_factor = motion.off_factor;
+  const measure::PanoramaTruth lit = truth_of(scene.panorama(scene.state_at(0))), unlit = truth_of(scene.panorama(off));
+  const sim::Panorama& bright = scene.panorama(scene.state_at(0));
+  const double exposure = camera.bracket_of_three(measure::peak_of(bright.rgb), sim::mean_luminance(bright)).front();
+  for (Probe& probe : probes) {
+    PanoramaOptions options;
+    options.config.panorama.smoothing = Smoothing::none;
+    options.config.panorama.interleave = probe.interleave;
+    auto estimator = make_panorama_estimator(camera.rig(), options);
+    if (!estimator) fail(estimator.status());
+    probe.estimator = std::move(*estimator);
+  }
+  measure::LensRadiance radiance;
+  double rendered = -1, lamps = -1;
+  int since_switch = frames;
+  for (int i = 0; i < frames; ++i) {
+    const auto index = static_cast<std::uint64_t>(i);
+    const sim::SceneState state = scene.state_at(index);
+    if (motion_kind == Motion::turning || state.lamp_factor != rendered) radiance = camera.render(scene, state);
+    rendered = state.lamp_factor;
+    since_switch = lamps >= 0 && state.lamp_factor != lamps ? 0 : since_switch + 1;
+    lamps = state.lamp_factor;
+    const measure::Shot shot = camera.expose(radiance, {&exposure, 1}, index);
+    for (Probe& probe : probes) {
+      const Result<measure::Delivered> out = measure::deliver(*probe.estimator, shot);
+      if (!out) fail(out.status());
+      const double error =
+          error_of(state.lamp_factor < 1 ? unlit : lit, out->descriptor, state.rotation_world_probe.inverse());
+      Frames& of = since_switch < probe.interleave - 1 ? probe.unread : probe.read;
+      of.add(error, out->descriptor.bound.total);
+    }
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int frames = 64;
+  CLI::App app{"Compares interleaved sampling with whole frames in every real panorama.", "measure_interleave"};
+  app.add_option("--frames", frames, "Frames of each scene and motion [64]")->check(CLI::PositiveNumber);
+  if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
+  const Result<std::vector<std::string>> paths = measure::all_panoramas();
+  if (!paths) fail(paths.status());
+  measure::Camera camera(*sim::make_rig("pair", 640, 480, PixelFormat::rgb8), PixelFormat::rgb8);
+  for (const Motion motion : {Motion::still, Motion::switched, Motion::turning}) {
+    std::vector<Probe> probes;
+    for (const int interleave : kInterleaves) probes.push_back({interleave});
+    for (const std::string& path : *paths) measure_scene(camera, path, motion, frames, probes);
+    for (const Probe& probe : probes)
+      measure::print_line({{"motion", kMotions[static_cast<int>(motion)]},
+                           {"interleave", probe.interleave},
+                           {"scenes", paths->size()},
+                           {"read", probe.read.summary()},
+                           {"unread", probe.unread.summary()}});
+  }
+  return 0;
+}
