@@ -24,13 +24,16 @@ PIXELS = 1280 * 960
 def interleave_rows(line):
     read, unread = line["read"], line["unread"]
     what = f"{line['motion']}, interleave {line['interleave']}: "
-    real = (f"{line['scenes']} real panoramas, {read['frames']} frames of 2 x 640x480 sRGB RGB8 with noise, "
+    real = (f"{line['scenes']} real panoramas, {read['frames']} frames of 2 x 640x480 Bayer12 with noise, "
             f"{read['flagged']} flagged")
     judged = read["frames"] - read["flagged"]
     asked = line["interleave"] == CHEAPEST and line["motion"] == "still"
     error = (lambda name, limit, *rest: at_most(name, limit, *rest)) if asked else (
         lambda name, limit, *rest: reported(name, *rest))
-    rows = [error(what + "error of the irradiance, median", MEDIAN_ERROR, read["median_error"], "", real),
+    rows = [reported(what + "difference of the irradiance to that of whole frames, median", read["median_difference"],
+                     "", real),
+            reported(what + "the same, largest", read["worst_difference"], "", real),
+            error(what + "error of the irradiance, median", MEDIAN_ERROR, read["median_error"], "", real),
             error(what + "error of the irradiance, largest", WORST_ERROR, read["worst_error"], "", real),
             at_least(what + "share of frames within the bound", HELD, read["held"] / judged if judged else None, "",
                      real),

@@ -1,10 +1,11 @@
-// Interleaved sampling (panorama.interleave) against whole frames, in every real panorama: prints one JSON object per
-// motion and interleave for tests/figures, over all scenes.
+// Interleaved sampling (panorama.interleave) against whole frames, in real panoramas: prints one JSON object per motion
+// and interleave for tests/figures, over all scenes.
 //   measure_interleave [--frames N]     frames of each scene and motion [64]
-// Motions: still; switched, lamps go on and off every second without light on other surfaces, which is the hardest
-// case, because no run that is read tells of it; turning, the probe rotates by 30 degrees per second. One exposure of
-// sRGB RGB8 with noise, in which no pixel saturates; smoothing is off, so that each frame stands for itself. Frames
-// with an infinite bound count as flagged. "unread": the frames from a switch on that are fewer than the rotation.
+// Motions: still, and switched, in the 26 panoramas: lamps go on and off every second without light on other surfaces,
+// which is the hardest case, because no run that is read tells of it; turning, in eight of them: the probe rotates by
+// 30 degrees per second, and lamps are switched, too. One exposure of Bayer with 12 bits and noise, in which no pixel
+// saturates; smoothing is off, so that each frame stands for itself. Frames with an infinite bound count as flagged.
+// "unread": the first N - 1 frames after a switch.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -43,9 +44,11 @@ struct Frames {
   int count = 0, flagged = 0, held = 0;
   double worst_error = 0;
   std::vector<double> errors, ratios;  ///< Of frames that are not flagged: error, and bound divided by error.
+  std::vector<double> differences;     ///< To the answer of the whole frame, of all frames.
 
-  void add(double error, double bound) {
+  void add(double error, double bound, double difference) {
     ++count;
+    differences.push_back(difference);
     if (!std::isfinite(bound)) {
       ++flagged;
       return;
@@ -61,6 +64,8 @@ struct Frames {
             {"held", held},
             {"median_error", upper_quantile(std::vector(errors), 0.5)},
             {"worst_error", worst_error},
+            {"median_difference", upper_quantile(std::vector(differences), 0.5)},
+            {"worst_difference", upper_quantile(std::vector(differences), 0.9999)},
             {"median_ratio", upper_quantile(std::vector(ratios), 0.5)},
             {"least_ratio", upper_quantile(std::vector(ratios), 0)}};
   }
@@ -76,11 +81,17 @@ measure::PanoramaTruth truth_of(const sim::Panorama& p) {
   return measure::panorama_truth("", {p.width, p.height, {p.rgb.begin(), p.rgb.end()}});
 }
 
-double error_of(const measure::PanoramaTruth& truth, const Descriptor& d, Quat to_probe) {
-  const ref::IrradianceError e = measure::irradiance_error(truth, [&](const ref::V3& n) {
+std::vector<ref::Rgb> irradiance_of(const Descriptor& d, Quat to_probe) {
+  std::vector<ref::Rgb> out;
+  for (const ref::V3& n : measure::truth_normals()) {
     const Irradiance v = irradiance_at(d, vec_cast<float>(rotate(to_probe, Vec3d{n.x, n.y, n.z})));
-    return ref::Rgb{v.r, v.g, v.b};
-  });
+    out.push_back({v.r, v.g, v.b});
+  }
+  return out;
+}
+
+double error_of(const std::vector<ref::Rgb>& truth, const std::vector<ref::Rgb>& got) {
+  const ref::IrradianceError e = ref::irradiance_error(truth, got);
   return std::max(e.rms, e.luminance_weighted);
 }
 
@@ -98,17 +109,9 @@ void measure_scene(measure::Camera& camera, const std::string& path, Motion moti
   const measure::PanoramaTruth lit = truth_of(scene.panorama(scene.state_at(0))), unlit = truth_of(scene.panorama(off));
   const sim::Panorama& bright = scene.panorama(scene.state_at(0));
   const double exposure = camera.bracket_of_three(measure::peak_of(bright.rgb), sim::mean_luminance(bright)).front();
-  for (Probe& probe : probes) {
-    PanoramaOptions options;
-    options.config.panorama.smoothing = Smoothing::none;
-    options.config.panorama.interleave = probe.interleave;
-    auto estimator = make_panorama_estimator(camera.rig(), options);
-    if (!estimator) fail(estimator.status());
-    probe.estimator = std::move(*estimator);
-  }
   measure::LensRadiance radiance;
   double rendered = -1, lamps = -1;
-  int since_switch = frames;
+  int since_switch = 1000;
   for (int i = 0; i < frames; ++i) {
     const auto index = static_cast<std::uint64_t>(i);
     const sim::SceneState state = scene.state_at(index);
@@ -117,13 +120,16 @@ void measure_scene(measure::Camera& camera, const std::string& path, Motion moti
     since_switch = lamps >= 0 && state.lamp_factor != lamps ? 0 : since_switch + 1;
     lamps = state.lamp_factor;
     const measure::Shot shot = camera.expose(radiance, {&exposure, 1}, index);
+    std::vector<ref::Rgb> whole;
     for (Probe& probe : probes) {
+      // The clock runs backwards at the first frame of a scene: it is read whole.
       const Result<measure::Delivered> out = measure::deliver(*probe.estimator, shot);
       if (!out) fail(out.status());
-      const double error =
-          error_of(state.lamp_factor < 1 ? unlit : lit, out->descriptor, state.rotation_world_probe.inverse());
+      const auto got = irradiance_of(out->descriptor, state.rotation_world_probe.inverse());
+      if (probe.interleave == 1) whole = got;
       Frames& of = since_switch < probe.interleave - 1 ? probe.unread : probe.read;
-      of.add(error, out->descriptor.bound.total);
+      of.add(error_of((state.lamp_factor < 1 ? unlit : lit).irradiance, got), out->descriptor.bound.total,
+             error_of(whole, got));
     }
   }
 }
@@ -132,20 +138,31 @@ void measure_scene(measure::Camera& camera, const std::string& path, Motion moti
 
 int main(int argc, char** argv) {
   int frames = 64;
-  CLI::App app{"Compares interleaved sampling with whole frames in every real panorama.", "measure_interleave"};
+  CLI::App app{"Compares interleaved sampling with whole frames in real panoramas.", "measure_interleave"};
   app.add_option("--frames", frames, "Frames of each scene and motion [64]")->check(CLI::PositiveNumber);
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
-  const Result<std::vector<std::string>> paths = measure::all_panoramas();
-  if (!paths) fail(paths.status());
-  measure::Camera camera(*sim::make_rig("pair", 640, 480, PixelFormat::rgb8), PixelFormat::rgb8);
+  const Result<std::vector<std::string>> all = measure::all_panoramas(), eight = measure::eight_panoramas();
+  if (!all) fail(all.status());
+  if (!eight) fail(eight.status());
+  constexpr PixelFormat kFormat = PixelFormat::bayer_rggb12;
+  measure::Camera camera(*sim::make_rig("pair", 640, 480, kFormat), kFormat);
+  std::vector<Probe> probes;
+  for (const int interleave : kInterleaves) {
+    PanoramaOptions options;
+    options.config.panorama.smoothing = Smoothing::none;
+    options.config.panorama.interleave = interleave;
+    auto estimator = make_panorama_estimator(camera.rig(), options);
+    if (!estimator) fail(estimator.status());
+    probes.push_back({interleave, std::move(*estimator)});
+  }
   for (const Motion motion : {Motion::still, Motion::switched, Motion::turning}) {
-    std::vector<Probe> probes;
-    for (const int interleave : kInterleaves) probes.push_back({interleave});
-    for (const std::string& path : *paths) measure_scene(camera, path, motion, frames, probes);
+    const std::vector<std::string>& paths = motion == Motion::turning ? *eight : *all;
+    for (Probe& probe : probes) probe.read = probe.unread = {};
+    for (const std::string& path : paths) measure_scene(camera, path, motion, frames, probes);
     for (const Probe& probe : probes)
       measure::print_line({{"motion", kMotions[static_cast<int>(motion)]},
                            {"interleave", probe.interleave},
-                           {"scenes", paths->size()},
+                           {"scenes", paths.size()},
                            {"read", probe.read.summary()},
                            {"unread", probe.unread.summary()}});
   }
