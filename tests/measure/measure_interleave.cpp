@@ -43,12 +43,11 @@ constexpr const char* kMotions[] = {"still", "switched", "turning"};
 struct Frames {
   int count = 0, flagged = 0, held = 0;
   double worst_error = 0;
-  std::vector<double> errors, ratios;  ///< Of frames that are not flagged: error, and bound divided by error.
-  std::vector<double> differences;     ///< To the answer of the whole frame, of all frames.
+  /// Of frames that are not flagged: error, bound divided by error, difference to the answer of the whole frame.
+  std::vector<double> errors, ratios, differences;
 
   void add(double error, double bound, double difference) {
     ++count;
-    differences.push_back(difference);
     if (!std::isfinite(bound)) {
       ++flagged;
       return;
@@ -56,6 +55,7 @@ struct Frames {
     held += error <= bound ? 1 : 0;
     worst_error = std::max(worst_error, error);
     errors.push_back(error);
+    differences.push_back(difference);
     ratios.push_back(error > 0 ? bound / error : 1e9);
   }
   [[nodiscard]] nlohmann::json summary() const {
