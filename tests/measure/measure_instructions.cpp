@@ -5,7 +5,8 @@
 // RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784; plane, the capture of a glossy plane's
 // surface light field from 640x480 sRGB frames, at most kPlaneFrames, without descriptors. FORMAT: rgb8_linear, RGB8
 // with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING: fast,
-// balanced, exact. Defaults: single, rgb8_linear, fast. --map: with a map of this edge in every frame. --interleave: see panorama.interleave.
+// balanced, exact. Defaults: single, rgb8_linear, fast. --map: with a map of this edge in every frame.
+// --interleave: panorama.interleave.
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
