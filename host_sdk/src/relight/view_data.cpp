@@ -1,0 +1,55 @@
+#include "relight/view_data.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <lightwell/color.hpp>
+
+namespace lightwell::relight {
+namespace {
+
+/// Gain of blocks that are nearly black.
+constexpr float kMinGain = 0.1F;
+
+}  // namespace
+
+void set_size(DecodedView& view, int columns, int rows) {
+  view.columns = columns;
+  view.rows = rows;
+  view.block_columns = (columns + kBlock - 1) / kBlock;
+  view.block_rows = (rows + kBlock - 1) / kBlock;
+}
+
+void find_live_blocks(DecodedView& view) {
+  view.live.clear();
+  const auto blocks = static_cast<std::uint32_t>(view.block_columns * view.block_rows);
+  for (std::uint32_t block = 0; block < blocks; ++block) {
+    bool covered = false;
+    each_pixel(view, block, [&](std::size_t pixel, std::size_t) { covered |= view.coverage[pixel] != 0; });
+    if (covered) view.live.push_back(block);
+  }
+}
+
+void base_pixels(const BasePlanes& planes, std::span<BasePixel, kBlockPixels> out) {
+  const auto square = [](float root) { return std::max(root, 0.0F) * std::max(root, 0.0F); };
+  for (std::size_t i = 0; i < kBlockPixels; ++i) {
+    const float rest = planes[0][i] - planes[2][i];
+    BasePixel& p = out[i];
+    p.r = square(rest + planes[1][i]);
+    p.g = square(planes[0][i] + planes[2][i]);
+    p.b = square(rest - planes[1][i]);
+    p.luminance = luminance_of(p.r, p.g, p.b);
+  }
+}
+
+float gain_of(const DecodedView& view, std::uint32_t block, std::span<const BasePixel, kBlockPixels> base) {
+  float sum = 0, weight = 0;
+  each_pixel(view, block, [&](std::size_t pixel, std::size_t place) {
+    const auto share = static_cast<float>(view.coverage[pixel]);
+    sum += share * base[place].luminance;
+    weight += share;
+  });
+  return std::max(kMinGain, std::sqrt(weight > 0 ? sum / weight : 0));
+}
+
+}  // namespace lightwell::relight
