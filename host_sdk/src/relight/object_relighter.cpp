@@ -23,6 +23,10 @@ using relight::LightPlanes;
 constexpr std::size_t kLanes = 4;
 using Lanes = std::array<float, kLanes>;
 
+/// Largest square root of a relative luminance, and largest irradiance relative to the capture's: products of damaged
+/// input stay finite.
+constexpr float kMaxRoot = 1e3F, kMaxIrradianceRatio = 1e20F;
+
 /// What a group of lights needs of a view.
 struct LightGroup {
   std::vector<Lanes> luminance, highlight;  ///< Of each plane: the basis at each light.
@@ -69,7 +73,7 @@ void transform(const BlockSums& sums, float scale, std::array<Lanes, kBlockPixel
         for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += m[k][y] * rows[k * kBlock + x][lane];
       }
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const float root = std::max(0.0F, scale * sum[lane]);
+        const float root = std::min(std::max(0.0F, scale * sum[lane]), kMaxRoot);
         out[y * kBlock + x][lane] = root * root;
       }
     }
@@ -108,7 +112,7 @@ void add_group(const DecodedView& view, std::size_t live, const LightGroup& grou
   }
 }
 
-Status check(const ObjectLight& light, std::size_t index) {
+Status check(const ObjectLight& light, std::size_t index, float reference_irradiance) {
   const Vec3f d = normalized(light.direction);
   const Irradiance& e = light.irradiance;
   const std::string which = "light " + std::to_string(index);
@@ -116,6 +120,8 @@ Status check(const ObjectLight& light, std::size_t index) {
     return invalid_argument(which + " has a direction that is zero or not finite: a light cannot be at the object");
   if (!(e.r >= 0 && e.g >= 0 && e.b >= 0) || !std::isfinite(e.r + e.g + e.b))
     return invalid_argument(which + " has an irradiance that is negative or not finite");
+  if (!(std::max({e.r, e.g, e.b}) / reference_irradiance <= kMaxIrradianceRatio))
+    return invalid_argument(which + " has more than 1e20 times the irradiance of the capture");
   return {};
 }
 
@@ -206,7 +212,7 @@ Result<RelightSummary> ObjectRelighter::relight(const ObjectView& view, std::spa
   if (lights.size() > kMaxLights)
     return invalid_argument("there are " + std::to_string(lights.size()) + " lights: at most 1024 are allowed");
   for (std::size_t i = 0; i < lights.size(); ++i)
-    if (const Status valid = check(lights[i], i); !valid.ok()) return valid;
+    if (const Status valid = check(lights[i], i, decoded.reference_irradiance); !valid.ok()) return valid;
   const RelightSummary summary = impl_->prepare(decoded, lights, interpolation);
   impl_->render(decoded, out);
   return summary;

@@ -16,6 +16,8 @@ namespace {
 
 /// Planes whose basis has 16 bits; that of the others, which hold little light, has 8.
 constexpr std::size_t kPrecisePlanes = 8;
+/// Basis functions are orthonormal; rounding adds little.
+constexpr float kMaxBasis = 1.01F;
 /// Planes times blocks of a view: bounds the time that damaged input takes.
 constexpr std::size_t kMaxBlockPlanes = std::size_t{1} << 26;
 /// Two steps and counts of planes and coefficients for each of two luminances, and the base's step.
@@ -89,7 +91,8 @@ Status read_basis(FieldReader& in, LightPlanes& planes, std::size_t lights) {
   planes.basis.resize(planes.planes * lights);
   for (std::size_t k = 0; k < planes.planes; ++k) {
     const float scale = in.take_float();
-    if (!(scale >= 0 && scale <= 1)) return damaged("a basis function has a scale that is not 0 to 1");
+    if (!(scale >= 0 && scale * static_cast<float>(largest_code(k)) <= kMaxBasis))
+      return damaged("a basis function has values above 1");
     for (std::size_t i = 0; i < lights; ++i)
       planes.basis[k * lights + i] =
           scale * static_cast<float>(k < kPrecisePlanes ? int{in.take<std::int16_t>()} : int{in.take<std::int8_t>()});

@@ -10,6 +10,8 @@ namespace {
 
 /// Gain of blocks that are nearly black.
 constexpr float kMinGain = 0.1F;
+/// Largest square root of a base colour, so that damaged input stays finite.
+constexpr float kMaxRoot = 1e2F;
 
 }  // namespace
 
@@ -31,7 +33,10 @@ void find_live_blocks(DecodedView& view) {
 }
 
 void base_pixels(const BasePlanes& planes, std::span<BasePixel, kBlockPixels> out) {
-  const auto square = [](float root) { return std::max(root, 0.0F) * std::max(root, 0.0F); };
+  const auto square = [](float root) {
+    const float limited = std::clamp(root, 0.0F, kMaxRoot);
+    return limited * limited;
+  };
   for (std::size_t i = 0; i < kBlockPixels; ++i) {
     const float rest = planes[0][i] - planes[2][i];
     BasePixel& p = out[i];
