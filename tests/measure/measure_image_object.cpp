@@ -280,8 +280,8 @@ void measure_model(const std::vector<RenderedView>& views) {
                             [&](std::size_t i) -> const std::vector<Radiance>& {
                               for (std::size_t p = 0; p < out.size(); ++p) {
                                 const float white = f.highlight.empty() ? 0 : f.highlight[i][p];
-                                const float y = white * f.base[p].luminance();
-                                out[p] = f.base[p] * (f.luminance[i][p] - white) + Radiance{y, y, y};
+                                out[p] = f.base[p] * (f.luminance[i][p] - white) +
+                                         f.second[p] * (white * f.base[p].luminance());
                               }
                               return out;
                             }),

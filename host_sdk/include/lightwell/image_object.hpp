@@ -47,7 +47,7 @@ struct ObjectLight {
 
 /// How a light between the captured positions is reproduced.
 enum class LightInterpolation : std::uint8_t {
-  nearest,  ///< The captured light with the nearest direction, as CyberMirage does (seed of this method).
+  nearest,  ///< The captured light with the nearest direction, as CyberMirage does.
   smooth,   ///< Interpolated between the nearest captured lights; equal to the capture at their directions.
 };
 
@@ -112,7 +112,7 @@ class ImageObject {
 /// Computes pictures of a view under lights. Create it once and reuse it: a call allocates nothing if it has not more
 /// lights than a call before. One thread.
 ///
-/// Method. H_r = H_b sum_s I_s L_s (Naemura et al., equations 8 to 10: base colour, relative luminance), in linear
+/// Method. H_r = H_b sum_s I_s L_s (equations 8 to 10 of the CyberMirage paper: base colour, relative luminance), in linear
 /// light. L_s is the square of a sum over basis functions of the light's position; the basis, not the pictures, is
 /// interpolated between positions. Highlights, whose colour is that of the light, are a second luminance (dichromatic
 /// reflection, Shafer 1985). Sums run over the transform coefficients that are not zero (as in Ng, Ramamoorthi &

@@ -26,7 +26,7 @@ struct ViewPictures {
 struct ObjectEncoderOptions {
   /// Quantisation step of the relative luminance, 0.001 to 1. Twice the step: about half the bytes, 4 dB less.
   float luminance_step = 0.055F;
-  /// The same of highlights; 0: no highlights are stored, as in the seed of the method.
+  /// The same of highlights; 0: no highlights are stored.
   float highlight_step = 0.25F;
   /// The same of the base colour, which all lights share.
   float base_step = 0.012F;
@@ -34,12 +34,15 @@ struct ObjectEncoderOptions {
   [[nodiscard]] Status validate() const;
 };
 
-/// Colour and luminance of a view before compression: equations 3 to 7 of Naemura et al., in linear light.
+/// Colour and luminance of a view before compression: equations 3 to 7 of the CyberMirage paper, in linear light.
 struct ViewFactors {
   std::vector<Radiance> base;                 ///< (Y_b, U_b, V_b) as RGB.
   std::vector<std::vector<float>> luminance;  ///< L(p_i) = Y(p_i) / Y_b of each light.
-  std::vector<std::vector<float>> highlight;  ///< The part of L that has the light's colour; empty: none.
-  std::size_t reduced = 0;                    ///< Pixels whose c was reduced, because U_b or V_b would overflow.
+  std::vector<std::vector<float>> highlight;  ///< The part of L that has the light's colour, -L to L.
+  /// Chromaticity (RGB of luminance 1) of the highlights: white, the light's colour, or where surfaces of two colours
+  /// share a pixel, one that the pixel's colours show.
+  std::vector<Radiance> second;
+  std::size_t reduced = 0;  ///< Pixels whose c was reduced, because U_b or V_b would overflow.
 };
 
 /// invalid_argument for a number of pictures other than that of the light positions (naming the missing light
@@ -52,8 +55,10 @@ enum class BaseColor : std::uint8_t {
   highlights,  ///< The most saturated colour that the pixel has under the lights, and highlights of the light's colour.
 };
 
-/// As validate().
-[[nodiscard]] Result<ViewFactors> factor_view(const ObjectRig& rig, const ViewPictures& pictures, BaseColor base_color);
+/// As validate(). A second colour other than white is taken where it lowers the RMS error of a pixel's values by more
+/// than about `tolerance`.
+[[nodiscard]] Result<ViewFactors> factor_view(const ObjectRig& rig, const ViewPictures& pictures, BaseColor base_color,
+                                              float tolerance = 0);
 
 /// Encodes a view; the bytes go into make_image_object(). As validate() of pictures and options. About a second for 61
 /// lights of 256 x 256 pixels; allocates about eight bytes for each pixel of each picture.

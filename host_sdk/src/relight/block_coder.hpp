@@ -15,7 +15,7 @@ namespace lightwell::relight {
 inline constexpr int kBlock = 8, kBlockPixels = kBlock * kBlock;
 
 /// Largest magnitude of a quantised coefficient.
-inline constexpr int kMaxLevel = 32767;
+inline constexpr int kMaxLevel = (1 << 20) - 1;
 
 /// Position in a block (row * 8 + column) of each place in zigzag order.
 [[nodiscard]] constexpr std::array<std::uint8_t, kBlockPixels> zigzag_order() {
@@ -52,7 +52,7 @@ struct BitReader {
 
 /// Levels of one block and plane in zigzag order; those from `count` on are zero.
 struct BlockLevels {
-  std::array<std::int16_t, kBlockPixels> level{};
+  std::array<std::int32_t, kBlockPixels> level{};
   int count = 0;
 };
 
@@ -84,7 +84,7 @@ class BlockModels {
     }
     context.recent += (16 * block.count - context.recent) / 2;
     for (std::size_t z = 0; z < kBlockPixels; ++z) {
-      const int level = static_cast<int>(z) < block.count ? std::min(std::abs(int{block.level[z]}), 7) : 0;
+      const int level = static_cast<int>(z) < block.count ? std::min(std::abs(block.level[z]), 7) : 0;
       context.activity[z] = static_cast<std::uint8_t>(context.activity[z] / 2 + 8 * level);
     }
   }
@@ -112,7 +112,7 @@ class BlockModels {
       const std::size_t active = activity_class(context, place);
       const std::size_t where = z == 0 ? 0 : z < 3 ? 1 : z < 6 ? 2 : z < 10 ? 3 : z < 15 ? 4 : z < 28 ? 5 : 6;
       const std::size_t before = previous == 0 ? 0 : previous < 3 ? 1 : 2;
-      std::int16_t& level = block.level[place];
+      std::int32_t& level = block.level[place];
       const bool last = z == block.count - 1;
       if (!last && !bits(level != 0, nonzero_[where][active][before])) {
         level = 0;
@@ -120,8 +120,8 @@ class BlockModels {
         continue;
       }
       const bool negative = bits.raw(level < 0);
-      const int magnitude = code_magnitude(bits, std::abs(int{level}), more_[active]);
-      level = static_cast<std::int16_t>(negative ? -magnitude : magnitude);
+      const int magnitude = code_magnitude(bits, std::abs(level), more_[active]);
+      level = negative ? -magnitude : magnitude;
       previous = previous / 2 + std::min(magnitude, 4);
     }
   }
@@ -133,7 +133,7 @@ class BlockModels {
       if (!bits(magnitude > static_cast<int>(k) + 1, models[k])) return static_cast<int>(k) + 1;
     const int rest = magnitude - static_cast<int>(kUnary);
     int width = 0;
-    while (width < 15 && bits.raw(rest >> (width + 1) != 0)) ++width;
+    while (width < 20 && bits.raw(rest >> (width + 1) != 0)) ++width;
     int value = 1;
     for (int bit = width - 1; bit >= 0; --bit) value = 2 * value + (bits.raw((rest >> bit & 1) != 0) ? 1 : 0);
     return std::min(value + static_cast<int>(kUnary), kMaxLevel);

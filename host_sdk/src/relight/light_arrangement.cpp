@@ -127,9 +127,9 @@ LightWeights smooth_lights(std::span<const Vec3f> directions, Vec3d towards) {
   LightWeights out = nearest_light(directions, towards);
   if (near.count < 2) return out;
   const Vec3d inside = project(near, towards);
-  // The shape parameter: half the distance of the nearest two lights. On an arc the weights are then nearly those of a
-  // quintic, and their overshoot at edges of shadows stays small.
-  const double shape2 = 0.25 * distance2(near.direction[0], near.direction[1]);
+  // The shape parameter: twice the distance of the nearest two lights. On an arc the weights are then nearly those of a
+  // cubic polynomial.
+  const double shape2 = 4 * distance2(near.direction[0], near.direction[1]);
   const auto kernel = [&](Vec3d a, Vec3d b) { return std::sqrt(distance2(a, b) + shape2) / std::sqrt(shape2); };
   System a{};
   std::array<double, kSystem> b{};

@@ -9,7 +9,8 @@
 
 namespace lightwell::relight {
 
-inline constexpr std::size_t kMaxNeighbours = 6;
+/// On an arc two on either side. More would widen the edges of shadows.
+inline constexpr std::size_t kMaxNeighbours = 4;
 
 /// Weights of captured lights that sum to 1.
 struct LightWeights {

@@ -1,4 +1,4 @@
-// Relights a view: equations 8 to 10 of Naemura et al., on transform coefficients.
+// Relights a view: equations 8 to 10 of the CyberMirage paper, on transform coefficients.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -52,7 +52,13 @@ void sum_planes(const LightPlanes& planes, std::size_t live, const std::vector<L
   }
 }
 
-/// The inverse transform; values are relative luminances: scaled, cut at zero and squared.
+/// The square of a root: of a luminance, which is not negative.
+float squared(float root) { return root > 0 ? root * root : 0; }
+/// The same of highlights: a colour more saturated than the base has a negative one.
+float signed_square(float root) { return root * std::abs(root); }
+
+/// The inverse transform: roots, scaled, and what `square` makes of them.
+template <float (*square)(float)>
 void transform(const BlockSums& sums, float scale, std::array<Lanes, kBlockPixels>& out) {
   const relight::DctMatrix& m = relight::dct_matrix();
   std::array<Lanes, kBlockPixels> rows;
@@ -73,15 +79,14 @@ void transform(const BlockSums& sums, float scale, std::array<Lanes, kBlockPixel
         for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += m[k][y] * rows[k * kBlock + x][lane];
       }
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        const float root = std::min(std::max(0.0F, scale * sum[lane]), kMaxRoot);
-        out[y * kBlock + x][lane] = root * root;
+        out[y * kBlock + x][lane] = square(std::clamp(scale * sum[lane], -kMaxRoot, kMaxRoot));
       }
     }
 }
 
-/// Factors of a block's pixels: of the base colour, and of its luminance in the light's colour.
+/// Factors of a block's pixels: of the base colour and of the second colour.
 struct BlockLight {
-  std::array<std::array<float, kBlockPixels>, 3> base, white;
+  std::array<std::array<float, kBlockPixels>, 3> base, second;
 };
 
 void add_group(const DecodedView& view, std::size_t live, const LightGroup& group, BlockLight& light) {
@@ -89,14 +94,14 @@ void add_group(const DecodedView& view, std::size_t live, const LightGroup& grou
   BlockSums sums;
   sum_planes(view.luminance, live, group.luminance, sums);
   if (sums.rows == 0) return;
-  transform(sums, view.luminance.step / view.gain[live], luminance);
+  transform<squared>(sums, view.luminance.step / view.gain[live], luminance);
   sum_planes(view.highlight, live, group.highlight, sums);
   const bool highlights = sums.rows != 0;
   if (highlights) {
-    transform(sums, view.highlight.step / view.gain[live], highlight);
+    transform<signed_square>(sums, view.highlight.step / view.gain[live], highlight);
     for (std::size_t p = 0; p < kBlockPixels; ++p)
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
-        highlight[p][lane] = std::min(highlight[p][lane], luminance[p][lane]);
+        highlight[p][lane] = std::clamp(highlight[p][lane], -luminance[p][lane], luminance[p][lane]);
         luminance[p][lane] -= highlight[p][lane];
       }
   }
@@ -107,7 +112,7 @@ void add_group(const DecodedView& view, std::size_t live, const LightGroup& grou
           (luminance[p][0] * e[0] + luminance[p][1] * e[1]) + (luminance[p][2] * e[2] + luminance[p][3] * e[3]);
     if (highlights)
       for (std::size_t p = 0; p < kBlockPixels; ++p)
-        light.white[c][p] +=
+        light.second[c][p] +=
             (highlight[p][0] * e[0] + highlight[p][1] * e[1]) + (highlight[p][2] * e[2] + highlight[p][3] * e[3]);
   }
 }
@@ -163,14 +168,16 @@ class ObjectRelighter::Impl {
     BlockLight light;
     for (std::size_t live = 0; live < view.live.size(); ++live) {
       for (auto& channel : light.base) channel.fill(0);
-      for (auto& channel : light.white) channel.fill(0);
+      for (auto& channel : light.second) channel.fill(0);
       for (std::size_t g = 0; g < used_; ++g) lightwell::add_group(view, live, groups_[g], light);
-      const relight::BasePixel* const base = view.base.data() + live * kBlockPixels;
+      const relight::BasePixel* const colours = view.base.data() + live * kBlockPixels;
       each_pixel(view, view.live[live], [&](std::size_t pixel, std::size_t p) {
         if (view.coverage[pixel] == 0) return;
-        out[pixel] = {base[p].r * light.base[0][p] + base[p].luminance * light.white[0][p],
-                      base[p].g * light.base[1][p] + base[p].luminance * light.white[1][p],
-                      base[p].b * light.base[2][p] + base[p].luminance * light.white[2][p]};
+        for (std::size_t c = 0; c < 3; ++c) {
+          const int channel = static_cast<int>(c);
+          out[pixel][channel] = std::max(
+              0.0F, colours[p].base[channel] * light.base[c][p] + colours[p].second[channel] * light.second[c][p]);
+        }
       });
     }
   }

@@ -14,14 +14,14 @@
 namespace lightwell::relight {
 namespace {
 
-/// Planes whose basis has 16 bits; that of the others, which hold little light, has 8.
-constexpr std::size_t kPrecisePlanes = 8;
 /// Basis functions are orthonormal; rounding adds little.
 constexpr float kMaxBasis = 1.01F;
 /// Planes times blocks of a view: bounds the time that damaged input takes.
 constexpr std::size_t kMaxBlockPlanes = std::size_t{1} << 26;
 /// Two steps and counts of planes and coefficients for each of two luminances, and the base's step.
 constexpr std::size_t kPrefixBytes = 4 + 2 * (4 + 2 + 4);
+/// Width of the codes and scale of a basis function.
+constexpr std::size_t kPlaneBytes = 1 + 4;
 /// Levels of coverage between none and all.
 constexpr int kCoverageLevels = 16;
 
@@ -29,12 +29,12 @@ Status damaged(const std::string& what) {
   return {StatusCode::data_loss, "the view is damaged: " + what + "; get the file again"};
 }
 
-int largest_code(std::size_t plane) { return plane < kPrecisePlanes ? 32767 : 127; }
+int largest_code(bool precise) { return precise ? 32767 : 127; }
 
 float scale_of(const LightPlanes& planes, std::size_t plane, std::size_t lights) {
   float largest = 0;
   for (std::size_t i = 0; i < lights; ++i) largest = std::max(largest, std::abs(planes.basis[plane * lights + i]));
-  return largest / static_cast<float>(largest_code(plane));
+  return largest / static_cast<float>(largest_code(planes.precise[plane]));
 }
 
 int code_of(float value, float scale) { return scale > 0 ? static_cast<int>(std::lround(value / scale)) : 0; }
@@ -73,10 +73,11 @@ class FieldReader {
 void append_basis(std::string& out, const LightPlanes& planes, std::size_t lights) {
   for (std::size_t k = 0; k < planes.planes; ++k) {
     const float scale = scale_of(planes, k, lights);
+    append(out, static_cast<std::uint8_t>(planes.precise[k] ? 2 : 1));
     append(out, std::bit_cast<std::uint32_t>(scale));
     for (std::size_t i = 0; i < lights; ++i) {
       const int code = code_of(planes.basis[k * lights + i], scale);
-      if (k < kPrecisePlanes)
+      if (planes.precise[k])
         append(out, static_cast<std::int16_t>(code));
       else
         append(out, static_cast<std::int8_t>(code));
@@ -85,19 +86,21 @@ void append_basis(std::string& out, const LightPlanes& planes, std::size_t light
 }
 
 Status read_basis(FieldReader& in, LightPlanes& planes, std::size_t lights) {
-  std::size_t bytes = 0;
-  for (std::size_t k = 0; k < planes.planes; ++k) bytes += 4 + lights * (k < kPrecisePlanes ? 2 : 1);
-  if (in.rest().size() < bytes) return damaged("it ends in its basis");
+  if (in.rest().size() < planes.planes * (kPlaneBytes + lights)) return damaged("it ends in its basis");
   planes.basis.resize(planes.planes * lights);
   for (std::size_t k = 0; k < planes.planes; ++k) {
+    const auto width = in.take<std::uint8_t>();
+    if (width != 1 && width != 2) return damaged("the codes of a basis function have neither 1 nor 2 bytes");
+    const bool precise = width == 2;
+    planes.precise.push_back(precise);
     const float scale = in.take_float();
-    if (!(scale >= 0 && scale * static_cast<float>(largest_code(k)) <= kMaxBasis))
+    if (!(scale >= 0 && scale * static_cast<float>(largest_code(precise)) <= kMaxBasis))
       return damaged("a basis function has values above 1");
     for (std::size_t i = 0; i < lights; ++i)
       planes.basis[k * lights + i] =
-          scale * static_cast<float>(k < kPrecisePlanes ? int{in.take<std::int16_t>()} : int{in.take<std::int8_t>()});
+          scale * static_cast<float>(precise ? int{in.take<std::int16_t>()} : int{in.take<std::int8_t>()});
   }
-  return {};
+  return in.ok() ? Status() : damaged("it ends in its basis");
 }
 
 /// Coverage: none, all, or one of 16 levels between, in rows.
@@ -173,10 +176,14 @@ void write_planes(BitWriter& bits, const DecodedView& view, std::size_t planes, 
       [](std::size_t, std::size_t, const BlockLevels&) { return true; });
 }
 
+/// Larger levels are the sum of several coefficients.
+constexpr int kMaxPart = 32767;
+
 std::uint32_t count_coefficients(const std::vector<BlockLevels>& all) {
   std::uint32_t n = 0;
   for (const BlockLevels& levels : all)
-    for (int z = 0; z < levels.count; ++z) n += levels.level[static_cast<std::size_t>(z)] != 0 ? 1 : 0;
+    for (const std::int32_t level : levels.level)
+      n += static_cast<std::uint32_t>((std::abs(level) + kMaxPart - 1) / kMaxPart);
   return n;
 }
 
@@ -190,11 +197,13 @@ bool read_planes(BitReader& bits, const DecodedView& view, std::size_t count, Li
       bits, view, out.planes, [](std::size_t, std::size_t, const BlockLevels&) {},
       [&](std::size_t i, std::size_t k, const BlockLevels& levels) {
         for (int z = 0; z < levels.count; ++z) {
-          const std::int16_t level = levels.level[static_cast<std::size_t>(z)];
-          if (level == 0) continue;
-          if (out.coefficients.size() == count) return fits = false;
-          out.coefficients.push_back(
-              {static_cast<std::uint16_t>(k * kBlockPixels + kZigzag[static_cast<std::size_t>(z)]), level});
+          const auto where = static_cast<std::uint16_t>(k * kBlockPixels + kZigzag[static_cast<std::size_t>(z)]);
+          for (int rest = levels.level[static_cast<std::size_t>(z)]; rest != 0;) {
+            if (out.coefficients.size() == count) return fits = false;
+            const int part = std::clamp(rest, -kMaxPart, kMaxPart);
+            out.coefficients.push_back({where, static_cast<std::int16_t>(part)});
+            rest -= part;
+          }
         }
         out.begin[i + 1] = static_cast<std::uint32_t>(out.coefficients.size());
         return !bits.coder.overrun();
@@ -278,7 +287,7 @@ Result<std::shared_ptr<const DecodedView>> read_view(const ObjectRig& rig, float
   if (!(base_step >= 0 && base_step <= 1)) return damaged("a step is not 0 to 1");
   for (LightPlanes* planes : all)
     if (const Status read = read_basis(in, *planes, lights); !read.ok()) return read;
-  // The sign of each coefficient takes a bit.
+  // The sign of each coefficient takes a bit; of the many that make a large level, more than one.
   if (std::uint64_t{counts[0]} + counts[1] > 8 * std::uint64_t{in.rest().size()})
     return damaged("it has fewer bits than coefficients");
   set_size(*view, rig.columns, rig.rows);

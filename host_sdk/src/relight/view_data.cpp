@@ -40,10 +40,11 @@ void base_pixels(const BasePlanes& planes, std::span<BasePixel, kBlockPixels> ou
   for (std::size_t i = 0; i < kBlockPixels; ++i) {
     const float rest = planes[0][i] - planes[2][i];
     BasePixel& p = out[i];
-    p.r = square(rest + planes[1][i]);
-    p.g = square(planes[0][i] + planes[2][i]);
-    p.b = square(rest - planes[1][i]);
-    p.luminance = luminance_of(p.r, p.g, p.b);
+    p.base = {square(rest + planes[1][i]), square(planes[0][i] + planes[2][i]), square(rest - planes[1][i])};
+    // Green of luminance 1.
+    const float r = std::clamp(planes[3][i], -kMaxRoot, kMaxRoot), b = std::clamp(planes[4][i], -kMaxRoot, kMaxRoot);
+    const float g = -(kLuminanceWeights[0] * r + kLuminanceWeights[2] * b) / kLuminanceWeights[1];
+    p.second = Radiance{1 + r, 1 + g, 1 + b} * p.base.luminance();
   }
 }
 
@@ -51,7 +52,7 @@ float gain_of(const DecodedView& view, std::uint32_t block, std::span<const Base
   float sum = 0, weight = 0;
   each_pixel(view, block, [&](std::size_t pixel, std::size_t place) {
     const auto share = static_cast<float>(view.coverage[pixel]);
-    sum += share * base[place].luminance;
+    sum += share * base[place].base.luminance();
     weight += share;
   });
   return std::max(kMinGain, std::sqrt(weight > 0 ? sum / weight : 0));

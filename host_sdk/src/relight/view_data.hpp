@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 
 #include "relight/block_coder.hpp"
@@ -19,20 +20,22 @@ struct Coefficient {
   std::int16_t level = 0;
 };
 
-/// Functions of the light's position and their coefficients: the square root of the luminance is the sum over planes of
-/// basis(plane, position) times the inverse transform of the plane's levels times step / gain of the block.
+/// Functions of the light's position and their coefficients: the square root of a luminance (of a negative one, minus
+/// that of its magnitude) is the sum over planes of basis(plane, position) times the inverse transform of the plane's
+/// levels times step / gain of the block.
 struct LightPlanes {
   std::size_t planes = 0;
   float step = 0;
-  std::vector<float> basis;  ///< [plane * lights + light].
+  std::vector<float> basis;   ///< [plane * lights + light].
+  std::vector<bool> precise;  ///< Of each plane: whether its basis is stored with 16 bits; otherwise 8.
   /// Of live block i: coefficients[begin[i]] to coefficients[begin[i + 1]] (excluded).
   std::vector<std::uint32_t> begin;
   std::vector<Coefficient> coefficients;
 };
 
-/// Base colour of one pixel of a live block, linear.
+/// Colours of one pixel of a live block, linear, both of the same luminance.
 struct BasePixel {
-  float r = 0, g = 0, b = 0, luminance = 0;
+  Radiance base, second;
 };
 
 struct DecodedView {
@@ -65,12 +68,13 @@ void each_pixel(const DecodedView& view, std::uint32_t block, const Use& use) {
           static_cast<std::size_t>(y * kBlock + x));
 }
 
-inline constexpr std::size_t kBasePlanes = 3;
+inline constexpr std::size_t kBasePlanes = 5;
 
-/// Square root of the base colour in three planes (YCoCg; Malvar & Sullivan 2003), for a block.
+/// Of a block: square root of the base colour in three planes (YCoCg; Malvar & Sullivan 2003), red and blue of the
+/// second chromaticity minus 1.
 using BasePlanes = std::array<std::array<float, kBlockPixels>, kBasePlanes>;
 /// Steps of the planes relative to ObjectEncoderOptions::base_step.
-inline constexpr std::array<float, kBasePlanes> kBaseSteps = {1, 1.5F, 1.5F};
+inline constexpr std::array<float, kBasePlanes> kBaseSteps = {1, 1.5F, 1.5F, 4, 4};
 
 /// The linear colours of decoded planes.
 void base_pixels(const BasePlanes& planes, std::span<BasePixel, kBlockPixels> out);

@@ -22,7 +22,11 @@ using relight::LightPlanes;
 
 /// Share of a step that is added before a level is rounded down (0.5: nearest). Smaller levels cost fewer bits than the
 /// error that they cause.
-constexpr float kRounding = 0.33F, kBaseRounding = 0.42F;
+constexpr float kRounding = 0.36F, kBaseRounding = 0.42F;
+/// Planes with larger levels have a basis of 16 bits: half a code of 8 bits would change them by a quarter of a step.
+constexpr int kMaxCoarseLevel = 64;
+/// Error, in steps, that is worth a second colour other than white.
+constexpr float kSecondTolerance = 0.5F;
 constexpr float kMaxStep = 1, kMinStep = 0.001F;
 
 /// Levels of a block, of steps of that size.
@@ -31,7 +35,7 @@ BlockLevels quantize(const BlockValues& values, float step, float rounding) {
   for (std::size_t z = 0; z < kBlockPixels; ++z) {
     const float v = values[relight::kZigzag[z]];
     const float level = std::floor(std::abs(v) / step + rounding);
-    out.level[z] = static_cast<std::int16_t>(std::copysign(std::min(level, float{relight::kMaxLevel}), v));
+    out.level[z] = static_cast<std::int32_t>(std::copysign(std::min(level, static_cast<float>(relight::kMaxLevel)), v));
     if (out.level[z] != 0) out.count = static_cast<int>(z) + 1;
   }
   return out;
@@ -56,7 +60,8 @@ std::array<bool, kBlockPixels> covered_pixels(const DecodedView& view, std::uint
 }
 
 /// Fills the base's levels and what a reader makes of them.
-void encode_base(const std::vector<Radiance>& base, relight::QuantizedView& out) {
+void encode_base(const ViewFactors& factors, relight::QuantizedView& out) {
+  const std::vector<Radiance>& base = factors.base;
   DecodedView& view = out.layout;
   view.base.resize(view.live.size() * kBlockPixels);
   for (std::size_t i = 0; i < view.live.size(); ++i) {
@@ -66,6 +71,8 @@ void encode_base(const std::vector<Radiance>& base, relight::QuantizedView& out)
       planes[0][place] = 0.25F * r + 0.5F * g + 0.25F * b;
       planes[1][place] = 0.5F * (r - b);
       planes[2][place] = 0.5F * g - 0.25F * (r + b);
+      planes[3][place] = factors.second[pixel].r - 1;
+      planes[4][place] = factors.second[pixel].b - 1;
     });
     const auto covered = covered_pixels(view, view.live[i]);
     for (std::size_t k = 0; k < relight::kBasePlanes; ++k) {
@@ -119,12 +126,12 @@ LightPlanes find_basis(const DecodedView& view, const std::vector<Radiance>& bas
 LightPlanes encode_luminance(const DecodedView& view, const std::vector<Radiance>& base,
                              std::vector<std::vector<float>> roots, float step, std::vector<BlockLevels>& levels) {
   for (auto& picture : roots)
-    for (float& v : picture) v = std::sqrt(v);
+    for (float& v : picture) v = std::copysign(std::sqrt(std::abs(v)), v);
   LightPlanes all = find_basis(view, base, roots);
   all.step = step;
   const std::size_t lights = roots.size();
   std::vector<BlockLevels> found(view.live.size() * lights);
-  std::vector<bool> used(lights);
+  std::vector<int> largest(lights);
   std::vector<std::array<float, kBlockPixels>> values(lights);
   for (std::size_t i = 0; i < view.live.size(); ++i) {
     const auto covered = covered_pixels(view, view.live[i]);
@@ -139,18 +146,19 @@ LightPlanes encode_luminance(const DecodedView& view, const std::vector<Radiance
         for (std::size_t p = 0; p < kBlockPixels; ++p) plane[p] += all.basis[k * lights + l] * values[l][p];
       BlockLevels& block = found[i * lights + k];
       block = quantize(relight::forward_dct(plane), step / view.gain[i], kRounding);
-      used[k] = used[k] || block.count > 0;
+      for (const std::int32_t level : block.level) largest[k] = std::max(largest[k], std::abs(level));
     }
   }
   LightPlanes out;
   out.step = step;
   std::vector<std::size_t> kept;
   for (std::size_t k = 0; k < lights; ++k)
-    if (used[k]) kept.push_back(k);
+    if (largest[k] > 0) kept.push_back(k);
   out.planes = kept.size();
   for (const std::size_t k : kept)
     out.basis.insert(out.basis.end(), all.basis.begin() + static_cast<std::ptrdiff_t>(k * lights),
                      all.basis.begin() + static_cast<std::ptrdiff_t>((k + 1) * lights));
+  for (const std::size_t k : kept) out.precise.push_back(largest[k] > kMaxCoarseLevel);
   round_basis(out, lights);
   levels.clear();
   levels.reserve(view.live.size() * kept.size());
@@ -178,7 +186,8 @@ Result<std::string> encode_view(const ObjectRig& rig, const ViewPictures& pictur
                                 const ObjectEncoderOptions& options) {
   if (const Status valid = options.validate(); !valid.ok()) return valid;
   const bool highlights = options.highlight_step > 0;
-  Result<ViewFactors> factors = factor_view(rig, pictures, highlights ? BaseColor::highlights : BaseColor::ambient);
+  Result<ViewFactors> factors = factor_view(rig, pictures, highlights ? BaseColor::highlights : BaseColor::ambient,
+                                            kSecondTolerance * options.luminance_step);
   if (!factors.ok()) return factors.status();
   relight::QuantizedView view;
   set_size(view.layout, rig.columns, rig.rows);
@@ -186,7 +195,7 @@ Result<std::string> encode_view(const ObjectRig& rig, const ViewPictures& pictur
   view.layout.coverage.assign(pictures.coverage.begin(), pictures.coverage.end());
   find_live_blocks(view.layout);
   view.base_step = options.base_step;
-  encode_base(factors->base, view);
+  encode_base(*factors, view);
   view.luminance = encode_luminance(view.layout, factors->base, std::move(factors->luminance), options.luminance_step,
                                     view.luminance_levels);
   if (highlights)

@@ -1,7 +1,10 @@
-// Base colour, relative luminance and highlights of a view (Naemura et al., equations 3 to 7).
+// Base colour, relative luminance and highlights of a view (equations 3 to 7 of the CyberMirage paper).
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
+
+#include <Eigen/Eigenvalues>
 
 #include <lightwell/image_object_encoder.hpp>
 
@@ -17,8 +20,14 @@ constexpr float kUScale = 0.5389F, kVScale = 0.6350F;
 /// and of these the third whose colour is the most saturated.
 constexpr float kBrightShare = 0.3F;
 constexpr std::size_t kSaturatedPart = 3;
-/// Colours nearer to the light's than this cannot be told from a highlight.
+/// Squared difference of two chromaticities below which a share of one cannot be found.
+constexpr float kMinDifference2 = 1e-9F;
+/// The same to the light's, below which a highlight cannot be told from the base.
 constexpr float kMinSaturation2 = 1e-3F;
+/// The tolerance from which that holds; below, the limit falls with it.
+constexpr float kGreyTolerance = 0.01F;
+/// Luminance of unit vectors that are nearly black or nearly of no luminance.
+constexpr float kMinLuminance = 1e-3F;
 
 Status size_error(const std::string& what, std::size_t got, std::size_t expected) {
   return invalid_argument(what + " has " + std::to_string(got) + " pixels instead of " + std::to_string(expected) +
@@ -37,15 +46,64 @@ Status check_picture(const std::string& what, std::span<const Radiance> picture,
                           " is negative, not finite or above 10000: scale the picture to 0 to 1");
 }
 
-/// The share of a luminance that has the light's colour, in a pixel of colour `colour` and chromaticity `base` (RGB of
-/// luminance 1): the least-squares fit of colour / luminance = (1 - share) base + share (1, 1, 1), 0 to 1.
-float highlight_share(const Radiance& colour, const Radiance& base) {
-  const float y = colour.luminance();
-  const Radiance d{1 - base.r, 1 - base.g, 1 - base.b};
-  const float saturation2 = d.r * d.r + d.g * d.g + d.b * d.b;
-  if (!(y > 0) || saturation2 < kMinSaturation2) return 0;
-  const float along = (colour.r / y - base.r) * d.r + (colour.g / y - base.g) * d.g + (colour.b / y - base.b) * d.b;
-  return along / saturation2;
+/// The share of a luminance that has the second colour, in a pixel of colour `colour`, where `base` and base + d are
+/// chromaticities (RGB of luminance 1): the least-squares fit of colour / luminance = base + share d.
+float fit_share(const Radiance& colour, const Radiance& base, const Radiance& d) {
+  const float y = colour.luminance(), d2 = d.r * d.r + d.g * d.g + d.b * d.b;
+  if (!(y > 0) || d2 < kMinDifference2) return 0;
+  return ((colour.r / y - base.r) * d.r + (colour.g / y - base.g) * d.g + (colour.b / y - base.b) * d.b) / d2;
+}
+
+Radiance to_white(const Radiance& base) { return {1 - base.r, 1 - base.g, 1 - base.b}; }
+
+/// Sum over lights of the squared errors of colour = luminance (base + share d).
+float squared_errors(const ViewPictures& pictures, std::size_t pixel, const Radiance& base, const Radiance& d) {
+  float sum = 0;
+  for (const auto& picture : pictures.lit) {
+    const Radiance& p = picture[pixel];
+    const float share = std::clamp(fit_share(p, base, d), -1.0F, 1.0F);
+    const Radiance error = p - (base + d * share) * p.luminance();
+    sum += error.r * error.r + error.g * error.g + error.b * error.b;
+  }
+  return sum;
+}
+
+/// Two colours of a pixel: chromaticities `base` and base + difference.
+struct ColourPair {
+  Radiance base, difference;
+};
+
+/// The pair in the plane through black that fits the pixel's colours best, with the point of it nearest to `base`. The
+/// difference has the length at which the largest share is 1.
+ColourPair best_pair(const ViewPictures& pictures, std::size_t pixel, const Radiance& base) {
+  Eigen::Matrix3f gram = Eigen::Matrix3f::Zero();
+  for (const auto& picture : pictures.lit) {
+    const Eigen::Vector3f p(picture[pixel].r, picture[pixel].g, picture[pixel].b);
+    gram += p * p.transpose();
+  }
+  const Eigen::Vector3f normal = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f>(gram).eigenvectors().col(0);
+  const Eigen::Vector3f weights(kLuminanceWeights[0], kLuminanceWeights[1], kLuminanceWeights[2]);
+  Eigen::Vector3f inside(base.r, base.g, base.b);
+  inside -= inside.dot(normal) * normal;
+  const float luminance = inside.dot(weights);
+  const Eigen::Vector3f along = normal.cross(weights);
+  if (!(luminance > kMinLuminance) || !(along.norm() > kMinLuminance)) return {base, to_white(base)};
+  inside /= luminance;
+  ColourPair out{{inside.x(), inside.y(), inside.z()}, {along.x(), along.y(), along.z()}};
+  if (out.base.r < 0 || out.base.g < 0 || out.base.b < 0) return {base, to_white(base)};
+  float largest = 0;
+  for (const auto& picture : pictures.lit)
+    largest = std::max(largest, std::abs(fit_share(picture[pixel], out.base, out.difference)));
+  out.difference = out.difference * largest;
+  return out;
+}
+
+/// Base and second colour: that of the light, unless another pair is better by more than the tolerance.
+ColourPair find_pair(const ViewPictures& pictures, std::size_t pixel, const Radiance& base, float tolerance) {
+  const ColourPair white{base, to_white(base)}, other = best_pair(pictures, pixel, base);
+  const float gain = squared_errors(pictures, pixel, white.base, white.difference) -
+                     squared_errors(pictures, pixel, other.base, other.difference);
+  return gain > 3 * static_cast<float>(pictures.lit.size()) * tolerance * tolerance ? other : white;
 }
 
 /// The chromaticity of a pixel under the lights that show its own colour most.
@@ -54,7 +112,7 @@ Radiance saturated_chromaticity(const ViewPictures& pictures, std::size_t pixel,
   shares.clear();
   for (std::size_t i = 0; i < pictures.lit.size(); ++i) {
     const Radiance& p = pictures.lit[i][pixel];
-    if (p.luminance() > kBrightShare * brightest) shares.emplace_back(highlight_share(p, ambient), i);
+    if (p.luminance() > kBrightShare * brightest) shares.emplace_back(fit_share(p, ambient, to_white(ambient)), i);
   }
   std::ranges::sort(shares);
   shares.resize(std::max<std::size_t>(1, shares.size() / kSaturatedPart));
@@ -92,13 +150,15 @@ Status validate(const ObjectRig& rig, const ViewPictures& pictures) {
   return pictures.ambient.empty() ? Status() : check_picture("the ambient picture", pictures.ambient, pixels);
 }
 
-Result<ViewFactors> factor_view(const ObjectRig& rig, const ViewPictures& pictures, BaseColor base_color) {
+Result<ViewFactors> factor_view(const ObjectRig& rig, const ViewPictures& pictures, BaseColor base_color,
+                                float tolerance) {
   if (const Status valid = validate(rig, pictures); !valid.ok()) return valid;
   const std::size_t pixels = pictures.coverage.size(), lights = pictures.lit.size();
   ViewFactors out;
   out.base.resize(pixels);
   out.luminance.assign(lights, std::vector<float>(pixels));
   const bool highlights = base_color == BaseColor::highlights;
+  out.second.assign(pixels, Radiance{1, 1, 1});
   if (highlights) out.highlight.assign(lights, std::vector<float>(pixels));
   std::vector<std::pair<float, std::size_t>> shares;
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
@@ -116,16 +176,21 @@ Result<ViewFactors> factor_view(const ObjectRig& rig, const ViewPictures& pictur
     ambient = ambient * (1 / ambient.luminance());
     const Radiance chromaticity =
         highlights ? saturated_chromaticity(pictures, pixel, brightest, ambient, shares) : ambient;
+    const ColourPair pair =
+        highlights ? find_pair(pictures, pixel, chromaticity, tolerance) : ColourPair{chromaticity, {}};
     // Here c is relative to the chromaticity of luminance 1: Y_b = c.
-    const float limit = largest_factor(chromaticity), c = std::min(brightest, limit);
+    const float limit = largest_factor(pair.base), c = std::min(brightest, limit);
     if (limit < brightest) ++out.reduced;
-    out.base[pixel] = chromaticity * c;
-    for (std::size_t i = 0; i < lights; ++i) {
-      const Radiance& p = pictures.lit[i][pixel];
-      out.luminance[i][pixel] = p.luminance() / c;
-      if (highlights)
-        out.highlight[i][pixel] = std::clamp(highlight_share(p, chromaticity), 0.0F, 1.0F) * out.luminance[i][pixel];
-    }
+    out.base[pixel] = pair.base * c;
+    for (std::size_t i = 0; i < lights; ++i) out.luminance[i][pixel] = pictures.lit[i][pixel].luminance() / c;
+    if (!highlights) continue;
+    const Radiance& d = pair.difference;
+    out.second[pixel] = pair.base + d;
+    // Colours so near to white tell no highlight from the base, unless the pictures are as exact as the tolerance.
+    if (d.r * d.r + d.g * d.g + d.b * d.b < kMinSaturation2 * std::min(1.0F, tolerance / kGreyTolerance)) continue;
+    for (std::size_t i = 0; i < lights; ++i)
+      out.highlight[i][pixel] =
+          std::clamp(fit_share(pictures.lit[i][pixel], pair.base, d), -1.0F, 1.0F) * out.luminance[i][pixel];
   }
   return out;
 }

