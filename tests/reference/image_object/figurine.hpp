@@ -24,7 +24,8 @@ struct FigurineMaterial {
   double alpha = 0.5;
 };
 
-/// Triangles with a normal at each vertex, inside the sphere of radius 1.2 around the origin, +Y up.
+/// Triangles with a normal at each vertex, inside the sphere of radius 1.25 around the origin, +Y up. The vertices at
+/// the bottom of the bowl, its pole, have no normal: there the neighbours' count.
 struct FigurineMesh {
   std::vector<V3> positions, normals;
   std::vector<std::array<std::uint32_t, 3>> triangles;
