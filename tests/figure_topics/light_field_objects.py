@@ -98,7 +98,11 @@ def model_row(line):
 def speed_rows(line):
     real = (f"{line['side']}x{line['side']}, {100 * line['covered']:.0f} % of it covered, 3 coloured lights between "
             f"captured ones, with the shadows on the object; one thread; memcpy {line['memcpy_gb_s']:.1f} GB/s")
-    return [at_most("relighting a view", FRAME_MS, line["relight_ms"], "ms", real),
+    return [at_most("relighting a view and casting its shadows on the ground", FRAME_MS,
+                    line["relight_ms"] + line["shadow_ms"], "ms",
+                    f"{real}; shadows of lights of 2 degrees radius on 128x128 texels"),
+            reported("relighting a view", line["relight_ms"], "ms", real),
+            reported("casting the shadows", line["shadow_ms"], "ms", "128x128 texels, 32 samples of each light"),
             reported("relighting a view, relative to memcpy of what it reads", line["memcpy_ratio"], "x",
                      f"{real}; reads {line['bytes_read'] / 1e6:.1f} MB"),
             reported("relighting a view, 32 lights", line["relight_32_lights_ms"], "ms", real),

@@ -15,6 +15,7 @@
 
 #include <lightwell/image_object.hpp>
 #include <lightwell/image_object_encoder.hpp>
+#include <lightwell/object_shadow.hpp>
 #include <lightwell/quantile.hpp>
 
 #include "bench/memcpy_speed.hpp"
@@ -34,6 +35,7 @@ using measure::RenderedView;
 using reference::PixelLight;
 
 constexpr int kSide = 256;
+constexpr int kShadowTexels = 128;
 /// The soft lights of the reference data, in two of the views.
 constexpr double kSoftRadiusDeg = 2;
 constexpr int kSoftViews = 2;
@@ -240,6 +242,23 @@ double median_relight_ms(const ObjectView& view, std::span<const ObjectLight> li
   return median(times);
 }
 
+/// Shadows of the three lights, with a radius of 2 degrees, on the ground.
+double median_shadow_ms(const ImageObject& object) {
+  const ObjectShadowCaster caster = require(ObjectShadowCaster::make(object));
+  ObjectShadowPlane ground{
+      {Quat::about({1, 0, 0}, -reference::pi / 2), {0, -0.74, 0}}, 4, 4, kShadowTexels, kShadowTexels};
+  std::vector<LightRatio> ratios(static_cast<std::size_t>(kShadowTexels) * kShadowTexels);
+  std::vector<ObjectLight> lights = three_lights();
+  for (ObjectLight& light : lights) light.angular_radius_rad = static_cast<float>(2 * reference::pi / 180);
+  std::vector<double> times;
+  for (int k = 0; k < 25; ++k) {
+    const double start = bench::thread_time_ms();
+    (void)require(caster.cast(lights, ground, ratios));
+    times.push_back(bench::thread_time_ms() - start);
+  }
+  return median(times);
+}
+
 double median_decode_ms(const ImageObject& object) {
   std::vector<double> times;
   for (int k = 0; k < 9; ++k) {
@@ -362,6 +381,7 @@ void measure_speed(const reference::ObjectRenderer& renderer, const std::string&
   line["covered"] =
       static_cast<double>(std::ranges::count_if(view.coverage, [](auto c) { return c > 0; })) / (kLarge * kLarge);
   line["relight_ms"] = median_relight_ms(decoded, three_lights());
+  line["shadow_ms"] = median_shadow_ms(object.object);
   std::vector<ObjectLight> many;
   for (int i = 0; i < 32; ++i) many.push_back(white_light(measure::between_direction(i % kBetween)));
   line["relight_32_lights_ms"] = median_relight_ms(decoded, many);

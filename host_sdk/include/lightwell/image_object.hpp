@@ -43,6 +43,9 @@ struct ObjectRig {
 struct ObjectLight {
   Vec3f direction;        ///< Towards the light, any length above 0.
   Irradiance irradiance;  ///< At normal incidence, at the object's origin.
+  /// Of the cap, 0 to pi / 2. It softens the shadow that the object casts (object_shadow.hpp); the shadows on the
+  /// object are those of the captured light.
+  float angular_radius_rad = 0;
 };
 
 /// How a light between the captured positions is reproduced.
@@ -95,6 +98,8 @@ class ImageObject {
   [[nodiscard]] std::size_t view_bytes(std::size_t view) const;
   /// Decodes a view. not_found if there is no such view, data_loss if its bytes are damaged. Any number of threads.
   [[nodiscard]] Result<ObjectView> view(std::size_t view) const;
+  /// Decodes the coverage of a view alone. As view().
+  [[nodiscard]] Result<std::vector<std::uint8_t>> coverage(std::size_t view) const;
   /// The view whose turn is nearest to the one from which an eye at that position (object's frame, m) sees the object.
   /// Heights are ignored: the views are on one circle. nullopt for an eye on the axis.
   [[nodiscard]] std::optional<std::size_t> nearest_view(Vec3d eye) const;
@@ -104,6 +109,9 @@ class ImageObject {
     std::size_t offset = 0, size = 0;
     std::uint32_t crc = 0;
   };
+  /// The bytes of a view, after the check of their checksum.
+  [[nodiscard]] Result<std::span<const std::byte>> checked_bytes(std::size_t view) const;
+
   std::shared_ptr<const std::string> bytes_;
   ObjectRig rig_;
   std::vector<Entry> entries_;
@@ -112,11 +120,11 @@ class ImageObject {
 /// Computes pictures of a view under lights. Create it once and reuse it: a call allocates nothing if it has not more
 /// lights than a call before. One thread.
 ///
-/// Method. H_r = H_b sum_s I_s L_s (equations 8 to 10 of the CyberMirage paper: base colour, relative luminance), in linear
-/// light. L_s is the square of a sum over basis functions of the light's position; the basis, not the pictures, is
-/// interpolated between positions. Highlights, whose colour is that of the light, are a second luminance (dichromatic
-/// reflection, Shafer 1985). Sums run over the transform coefficients that are not zero (as in Ng, Ramamoorthi &
-/// Hanrahan 2003).
+/// Method. H_r = H_b sum_s I_s L_s (equations 8 to 10 of the CyberMirage paper: base colour, relative luminance), in
+/// linear light. L_s is the square of a sum over basis functions of the light's position; the basis, not the pictures,
+/// is interpolated between positions. Highlights, whose colour is that of the light, are a second luminance
+/// (dichromatic reflection, Shafer 1985). Sums run over the transform coefficients that are not zero (as in Ng,
+/// Ramamoorthi & Hanrahan 2003).
 class ObjectRelighter {
  public:
   ObjectRelighter();
@@ -129,7 +137,7 @@ class ObjectRelighter {
 
   /// Fills out[row * columns + column]: linear, multiplied by the coverage of the pixel; black without lights. Never
   /// NaN or negative. invalid_argument, and nothing written, for a light whose direction is zero or not finite, whose
-  /// irradiance is negative or not finite, for too many lights, and for a span of another size.
+  /// irradiance is negative or not finite, for a radius out of range, too many lights, and for a span of another size.
   [[nodiscard]] Result<RelightSummary> relight(const ObjectView& view, std::span<const ObjectLight> lights,
                                                LightInterpolation interpolation, std::span<Radiance> out);
 

@@ -83,10 +83,9 @@ class BlockModels {
       code_levels(bits, block, context);
     }
     context.recent += (16 * block.count - context.recent) / 2;
-    for (std::size_t z = 0; z < kBlockPixels; ++z) {
-      const int level = static_cast<int>(z) < block.count ? std::min(std::abs(block.level[z]), 7) : 0;
-      context.activity[z] = static_cast<std::uint8_t>(context.activity[z] / 2 + 8 * level);
-    }
+    for (std::uint8_t& activity : context.activity) activity = static_cast<std::uint8_t>(activity >> 1);
+    for (std::size_t z = 0; z < static_cast<std::size_t>(block.count); ++z)
+      context.activity[z] = static_cast<std::uint8_t>(context.activity[z] + 8 * std::min(std::abs(block.level[z]), 7));
   }
 
  private:

@@ -140,17 +140,30 @@ Result<ImageObject> ImageObject::from_bytes(std::string bytes) {
 
 std::size_t ImageObject::view_bytes(std::size_t view) const { return view < entries_.size() ? entries_[view].size : 0; }
 
-Result<ObjectView> ImageObject::view(std::size_t view) const {
+Result<std::span<const std::byte>> ImageObject::checked_bytes(std::size_t view) const {
   if (view >= entries_.size())
     return Status(StatusCode::not_found,
                   "there is no view " + std::to_string(view) + ": the object has " + std::to_string(entries_.size()));
   const Entry& entry = entries_[view];
   const auto bytes = bytes_of(std::string_view(*bytes_).substr(entry.offset, entry.size));
-  const std::string where = "view " + std::to_string(view);
-  if (crc32c(bytes) != entry.crc) return damaged("the checksum differs").in(where);
-  auto decoded = relight::read_view(rig_, rig_.turns_rad[view], bytes);
-  if (!decoded.ok()) return decoded.status().in(where);
+  if (crc32c(bytes) != entry.crc) return damaged("the checksum differs").in("view " + std::to_string(view));
+  return bytes;
+}
+
+Result<ObjectView> ImageObject::view(std::size_t view) const {
+  const auto bytes = checked_bytes(view);
+  if (!bytes.ok()) return bytes.status();
+  auto decoded = relight::read_view(rig_, rig_.turns_rad[view], *bytes);
+  if (!decoded.ok()) return decoded.status().in("view " + std::to_string(view));
   return ObjectView(std::move(decoded.value()));
+}
+
+Result<std::vector<std::uint8_t>> ImageObject::coverage(std::size_t view) const {
+  const auto bytes = checked_bytes(view);
+  if (!bytes.ok()) return bytes.status();
+  auto decoded = relight::read_coverage(rig_, *bytes);
+  if (!decoded.ok()) return decoded.status().in("view " + std::to_string(view));
+  return std::move(decoded->coverage);
 }
 
 std::optional<std::size_t> ImageObject::nearest_view(Vec3d eye) const {

@@ -1,4 +1,5 @@
 // The lights of a descriptor as an object sees them.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -39,14 +40,17 @@ Status object_lights(const Lighting& lighting, const Pose& T_lighting_object, in
       falloff = static_cast<float>(at_origin / there);
     }
     if (!std::isfinite(falloff)) return invalid_argument("a light is too near to the object's origin");
-    found.push_back({vec_cast<float>(rotate(to_object, normalized(towards))), light.irradiance * falloff});
+    found.push_back({vec_cast<float>(rotate(to_object, normalized(towards))), light.irradiance * falloff,
+                     light.angular_radius_rad});
   }
   const float solid_angle = 4 * std::numbers::pi_v<float> / static_cast<float>(std::max(1, residual_directions));
+  // The cap of that solid angle.
+  const float residual_radius = std::acos(std::max(0.0F, 1 - solid_angle / (2 * std::numbers::pi_v<float>)));
   for (int i = 0; i < residual_directions; ++i) {
     const Vec3d towards = fibonacci_direction(i, residual_directions);
     const auto radiance = lighting.radiance(vec_cast<float>(towards), 0);
     const Irradiance e{radiance.value.r * solid_angle, radiance.value.g * solid_angle, radiance.value.b * solid_angle};
-    if (has_irradiance(e)) found.push_back({vec_cast<float>(rotate(to_object, towards)), e});
+    if (has_irradiance(e)) found.push_back({vec_cast<float>(rotate(to_object, towards)), e, residual_radius});
   }
   lights = std::move(found);
   return {};

@@ -8,6 +8,7 @@
 
 #include "relight/dct.hpp"
 #include "relight/light_arrangement.hpp"
+#include "relight/object_light.hpp"
 #include "relight/view_data.hpp"
 
 namespace lightwell {
@@ -118,15 +119,11 @@ void add_group(const DecodedView& view, std::size_t live, const LightGroup& grou
 }
 
 Status check(const ObjectLight& light, std::size_t index, float reference_irradiance) {
-  const Vec3f d = normalized(light.direction);
+  if (const Status valid = relight::check_light(light, index); !valid.ok()) return valid;
   const Irradiance& e = light.irradiance;
-  const std::string which = "light " + std::to_string(index);
-  if (!(dot(d, d) > 0))
-    return invalid_argument(which + " has a direction that is zero or not finite: a light cannot be at the object");
-  if (!(e.r >= 0 && e.g >= 0 && e.b >= 0) || !std::isfinite(e.r + e.g + e.b))
-    return invalid_argument(which + " has an irradiance that is negative or not finite");
   if (!(std::max({e.r, e.g, e.b}) / reference_irradiance <= kMaxIrradianceRatio))
-    return invalid_argument(which + " has more than 1e20 times the irradiance of the capture");
+    return invalid_argument("light " + std::to_string(index) +
+                            " has more than 1e20 times the irradiance of the capture");
   return {};
 }
 

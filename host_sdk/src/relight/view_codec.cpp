@@ -268,44 +268,75 @@ std::string write_view(const QuantizedView& view) {
   return out + coder.finish();
 }
 
-Result<std::shared_ptr<const DecodedView>> read_view(const ObjectRig& rig, float turn_rad,
-                                                     std::span<const std::byte> bytes) {
+namespace {
+
+/// What precedes the range-coded stream.
+struct ViewPrefix {
+  float base_step = 0;
+  std::array<std::uint32_t, 2> counts{};  ///< Coefficients of luminance and highlights.
+  std::span<const std::byte> stream;
+};
+
+/// Reads the prefix, and sizes and bases of the view.
+Result<ViewPrefix> read_prefix(const ObjectRig& rig, std::span<const std::byte> bytes, DecodedView& view) {
   if (bytes.size() < kPrefixBytes) return damaged("it ends in its header");
-  auto view = std::make_shared<DecodedView>();
   const std::size_t lights = rig.light_positions.size();
   FieldReader in(bytes);
-  const float base_step = in.take_float();
-  std::array<std::uint32_t, 2> counts{};
-  const std::array<LightPlanes*, 2> all = {&view->luminance, &view->highlight};
+  ViewPrefix out;
+  out.base_step = in.take_float();
+  const std::array<LightPlanes*, 2> all = {&view.luminance, &view.highlight};
   for (std::size_t n = 0; n < 2; ++n) {
     all[n]->step = in.take_float();
     all[n]->planes = in.take<std::uint16_t>();
-    counts[n] = in.take<std::uint32_t>();
+    out.counts[n] = in.take<std::uint32_t>();
     if (all[n]->planes > lights) return damaged("it has more basis functions than lights");
     if (!(all[n]->step >= 0 && all[n]->step <= 1)) return damaged("a step is not 0 to 1");
   }
-  if (!(base_step >= 0 && base_step <= 1)) return damaged("a step is not 0 to 1");
+  if (!(out.base_step >= 0 && out.base_step <= 1)) return damaged("a step is not 0 to 1");
   for (LightPlanes* planes : all)
     if (const Status read = read_basis(in, *planes, lights); !read.ok()) return read;
+  out.stream = in.rest();
   // The sign of each coefficient takes a bit; of the many that make a large level, more than one.
-  if (std::uint64_t{counts[0]} + counts[1] > 8 * std::uint64_t{in.rest().size()})
+  if (std::uint64_t{out.counts[0]} + out.counts[1] > 8 * std::uint64_t{out.stream.size()})
     return damaged("it has fewer bits than coefficients");
-  set_size(*view, rig.columns, rig.rows);
-  const std::size_t blocks = static_cast<std::size_t>(view->block_columns) * static_cast<std::size_t>(view->block_rows);
-  if (blocks * (view->luminance.planes + view->highlight.planes) > kMaxBlockPlanes)
+  set_size(view, rig.columns, rig.rows);
+  const std::size_t blocks = static_cast<std::size_t>(view.block_columns) * static_cast<std::size_t>(view.block_rows);
+  if (blocks * (view.luminance.planes + view.highlight.planes) > kMaxBlockPlanes)
     return damaged("it has more than 2^26 blocks of basis functions");
+  view.coverage.resize(static_cast<std::size_t>(rig.columns) * static_cast<std::size_t>(rig.rows));
+  return out;
+}
+
+}  // namespace
+
+Result<DecodedView> read_coverage(const ObjectRig& rig, std::span<const std::byte> bytes) {
+  DecodedView view;
+  const auto prefix = read_prefix(rig, bytes, view);
+  if (!prefix.ok()) return prefix.status();
+  RangeDecoder coder(prefix->stream);
+  BitReader bits{coder};
+  code_coverage(bits, view);
+  if (coder.overrun()) return damaged("it ends in its coverage");
+  return view;
+}
+
+Result<std::shared_ptr<const DecodedView>> read_view(const ObjectRig& rig, float turn_rad,
+                                                     std::span<const std::byte> bytes) {
+  auto view = std::make_shared<DecodedView>();
+  const auto prefix = read_prefix(rig, bytes, *view);
+  if (!prefix.ok()) return prefix.status();
   view->turn_rad = turn_rad;
   view->reference_irradiance = rig.reference_irradiance;
   for (const Vec3f& position : rig.light_positions) view->directions.push_back(normalized(position));
-  view->coverage.resize(static_cast<std::size_t>(rig.columns) * static_cast<std::size_t>(rig.rows));
-  RangeDecoder coder(in.rest());
+  RangeDecoder coder(prefix->stream);
   BitReader bits{coder};
   code_coverage(bits, *view);
   if (coder.overrun()) return damaged("it ends in its coverage");
   find_live_blocks(*view);
-  if (!read_base(bits, base_step, *view)) return damaged("it ends in its base colour");
-  for (std::size_t n = 0; n < 2; ++n)
-    if (!read_planes(bits, *view, counts[n], *all[n])) return damaged("its coefficients are not as many as it says");
+  if (!read_base(bits, prefix->base_step, *view)) return damaged("it ends in its base colour");
+  if (!read_planes(bits, *view, prefix->counts[0], view->luminance) ||
+      !read_planes(bits, *view, prefix->counts[1], view->highlight))
+    return damaged("its coefficients are not as many as it says");
   return std::shared_ptr<const DecodedView>(std::move(view));
 }
 

@@ -31,4 +31,7 @@ void round_basis(LightPlanes& planes, std::size_t lights);
 [[nodiscard]] Result<std::shared_ptr<const DecodedView>> read_view(const ObjectRig& rig, float turn_rad,
                                                                    std::span<const std::byte> bytes);
 
+/// The same, without what follows the coverage.
+[[nodiscard]] Result<DecodedView> read_coverage(const ObjectRig& rig, std::span<const std::byte> bytes);
+
 }  // namespace lightwell::relight

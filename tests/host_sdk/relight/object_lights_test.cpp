@@ -71,6 +71,9 @@ TEST(ObjectLights, OfTheResidualHoldAllOfItsLight) {
   for (const ObjectLight& light : lights) sum += static_cast<double>(light.irradiance.r);
   EXPECT_NEAR(sum, 4 * std::numbers::pi * 0.5, 1e-3);
   EXPECT_EQ(lights[0].irradiance.g, 0);
+  // Caps of 4 pi / 48 sr; a single one is at most a hemisphere.
+  EXPECT_NEAR(1 - std::cos(lights[0].angular_radius_rad), 2.0 / 48, 1e-6);
+  EXPECT_NEAR(lights_of(lighting_of({}, 0.5F), {}, 1)[0].angular_radius_rad, std::numbers::pi / 2, 1e-6);
 }
 
 TEST(ObjectLights, LeaveOutLightsWithoutIrradiance) {
