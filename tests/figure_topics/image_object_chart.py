@@ -26,7 +26,8 @@ def draw_panel(axes, points, cost, label):
             continue
         axes.plot([p[cost] for p in own], [p["db"] for p in own], "-", color=color, linewidth=0.8)
         for p in own:
-            axes.plot(p[cost], p["db"], "o", color=color, markerfacecolor=color if on_front(p, points, cost) else "white")
+            filled = color if on_front(p, points, cost) else "white"
+            axes.plot(p[cost], p["db"], "o", color=color, markerfacecolor=filled)
         best = own[-1]
         axes.annotate(codec, (best[cost], best["db"]), (4, 4), textcoords="offset points", color=color)
     for p in points:
@@ -40,8 +41,8 @@ def draw(points, path):
     if not points:
         sys.exit("image_object_chart.py: there is no line of `measure_image_object --part rate` in the input")
     figure = Figure(figsize=(16, 6), dpi=100, layout="constrained")
-    figure.suptitle(f"Image-based object, 61 lights of 256x256, mean of {points[0]['views']} views: size, quality, time "
-                    "(one thread)")
+    figure.suptitle(f"Image-based object, 61 lights of 256x256, mean of {points[0]['views']} views: size, quality, "
+                    "time (one thread)")
     timed = [p for p in points if "relight_ms" in p]
     size, relight, decode = figure.subplots(1, 3)
     draw_panel(size, points, "bytes_per_view", "bytes of a view")

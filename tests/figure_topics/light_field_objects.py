@@ -77,8 +77,9 @@ def rate_rows(lines):
                      f"{PUBLISHED_WITHOUT_NETWORK_DB} without a network"),
             reported("default steps: bytes of a view", size, "bytes", real),
             at_least("default steps: raw pictures of 8 bits relative to it", RAW_RATIO, preset["raw_ratio"], "x", real),
-            at_least("default steps: JPEG of equal PSNR relative to it", JPEG_RATIO, ratio(min(jpegs, default=None), size),
-                     "x", f"{real}; the smaller of 4:4:4 and 4:2:0, optimised, progressive"),
+            at_least("default steps: JPEG of equal PSNR relative to it", JPEG_RATIO,
+                     ratio(min(jpegs, default=None), size), "x",
+                     f"{real}; the smaller of 4:4:4 and 4:2:0, optimised, progressive"),
             reported("default steps: time to decode a view of 256x256", preset["decode_ms"], "ms", real),
             reported("default steps: time to encode a view of 256x256", preset["encode_ms"], "ms", real)]
     if "x264 4:4:4" in codecs:
