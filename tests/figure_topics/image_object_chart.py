@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 COLORS = {"lightwell": "#141414", "jpeg 4:4:4": "#d55e00", "jpeg 4:2:0": "#966e00", "x264 4:4:4": "#0072b2"}
 
@@ -34,7 +35,10 @@ def draw_panel(axes, points, cost, label):
         if p["codec"] == "lightwell" and p["setting"] == "default":
             axes.annotate("default", (p[cost], p["db"]), (6, -12), textcoords="offset points")
     axes.set(xscale="log", xlabel=label, ylabel="PSNR over the object, dB")
-    axes.grid(color="#e2e2e6", which="both")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.grid(color="#e2e2e6")
 
 
 def draw(points, path):

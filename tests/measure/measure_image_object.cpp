@@ -40,7 +40,7 @@ constexpr int kShadowTexels = 128;
 constexpr double kSoftRadiusDeg = 2;
 constexpr int kSoftViews = 2;
 /// The finest steps: the loss of compression is below that of 8 bits.
-const ObjectEncoderOptions kFinest{0.001F, 0.001F, 0.001F};
+const ObjectEncoderOptions kFinest{0.0005F, 0.0005F, 0.0005F};
 
 double srgb(double linear) {
   const double x = std::clamp(linear, 0.0, 1.0);

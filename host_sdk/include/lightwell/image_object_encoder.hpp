@@ -24,7 +24,7 @@ struct ViewPictures {
 
 /// Size against quality. Steps are of the square root of the luminance that a pixel sends, where white is 1.
 struct ObjectEncoderOptions {
-  /// Quantisation step of the relative luminance, 0.001 to 1. Twice the step: about half the bytes, 4 dB less.
+  /// Quantisation step of the relative luminance, 0.0005 to 1. Twice the step: about half the bytes, 4 dB less.
   float luminance_step = 0.055F;
   /// The same of highlights; 0: no highlights are stored.
   float highlight_step = 0.25F;

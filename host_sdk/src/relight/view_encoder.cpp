@@ -27,7 +27,7 @@ constexpr float kRounding = 0.36F, kBaseRounding = 0.42F;
 constexpr int kMaxCoarseLevel = 64;
 /// Error, in steps, that is worth a second colour other than white.
 constexpr float kSecondTolerance = 0.5F;
-constexpr float kMaxStep = 1, kMinStep = 0.001F;
+constexpr float kMaxStep = 1, kMinStep = 0.0005F;
 
 /// Levels of a block, of steps of that size.
 BlockLevels quantize(const BlockValues& values, float step, float rounding) {
@@ -170,7 +170,7 @@ LightPlanes encode_luminance(const DecodedView& view, const std::vector<Radiance
 Status check_step(const char* name, float step) {
   if (step >= kMinStep && step <= kMaxStep) return {};
   return invalid_argument(std::string("ObjectEncoderOptions::") + name + " is " + std::to_string(step) +
-                          ": it must be 0.001 to 1");
+                          ": it must be 0.0005 to 1");
 }
 
 }  // namespace
