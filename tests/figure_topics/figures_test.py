@@ -50,8 +50,8 @@ def run(*rows):
 
 class ImageObjects(unittest.TestCase):
     def point(self, codec, setting, size, db):
-        return {"codec": codec, "setting": setting, "bytes_per_view": size, "db": db, "views": 8, "raw_ratio": 12e6 / size,
-                "decode_ms": 1, "encode_ms": 1}
+        return {"codec": codec, "setting": setting, "bytes_per_view": size, "db": db, "views": 8,
+                "raw_ratio": 12e6 / size, "decode_ms": 1, "encode_ms": 1}
 
     def rows(self, size, jpeg):
         points = [self.point("lightwell", "default", size, 39), self.point("jpeg 4:4:4", "90", jpeg / 2, 38),
