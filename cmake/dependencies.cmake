@@ -133,6 +133,8 @@ if(LIGHTWELL_BUILD_FIRMWARE)
     lightwell_missing(libsystemd libsystemd-dev)
   endif()
 elseif(LIGHTWELL_BUILD_HOST_SDK)
+  # Only for host_sdk/src/relight. Without the library it is left out; the summary reports it.
+  find_package(Eigen3 CONFIG QUIET)
   # Only for host_sdk/tools. Without the libraries the tools are left out; the summary reports it.
   find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs)
   find_package(CLI11 CONFIG QUIET)
@@ -163,6 +165,8 @@ find_program(LIGHTWELL_DPKG_DEB dpkg-deb)
 if(LIGHTWELL_BUILD_TESTS)
   # For the consumer of lightwell/glm.hpp in tests/install. Without it the consumer is left out; the summary reports it.
   find_package(glm CONFIG QUIET)
+  # For tests/reference/image_object. Without it the renderer and its figures are left out; the summary reports it.
+  find_package(embree 3 CONFIG QUIET)
   lightwell_find(GTest libgtest-dev CONFIG)
   if(NOT TARGET GTest::gmock)
     lightwell_missing(GMock libgmock-dev)

@@ -17,7 +17,7 @@ from unittest import mock
 TESTS = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(TESTS))
-from figure_topics import structure, viewer  # noqa: E402
+from figure_topics import light_field_objects, structure, viewer  # noqa: E402
 from figure_topics.marker import lines_of  # noqa: E402
 from figure_topics.programs import rows_of_program, side_by_side  # noqa: E402
 from figure_topics.rows import at_most, known_short  # noqa: E402
@@ -46,6 +46,28 @@ def run_topic(topic, *arguments):
 def run(*rows):
     """The same for a topic with the given rows."""
     return run_topic(types.SimpleNamespace(measure=lambda folder, say: list(rows)))
+
+
+class ImageObjects(unittest.TestCase):
+    def point(self, codec, setting, size, db):
+        return {"codec": codec, "setting": setting, "bytes_per_view": size, "db": db, "views": 8,
+                "raw_ratio": 12e6 / size, "decode_ms": 1, "encode_ms": 1}
+
+    def rows(self, size, jpeg):
+        points = [self.point("lightwell", "default", size, 39), self.point("jpeg 4:4:4", "90", jpeg / 2, 38),
+                  self.point("jpeg 4:4:4", "94", jpeg * 2, 40)]
+        return {r["name"].removeprefix("default steps: "): r for r in light_field_objects.rate_rows(points)}
+
+    def test_a_codec_is_compared_at_equal_quality(self):
+        ratio = self.rows(2e5, 7e5)["JPEG of equal PSNR relative to it"]
+        self.assertAlmostEqual(ratio["measured"], 3.5)
+        self.assertTrue(ratio["holds"])
+        self.assertFalse(self.rows(2e5, 5.9e5)["JPEG of equal PSNR relative to it"]["holds"])
+        self.assertFalse(self.rows(4.1e5, 2e6)["raw pictures of 8 bits relative to it"]["holds"])
+
+    def test_without_a_point_of_equal_quality_nothing_is_measured(self):
+        self.assertIsNone(light_field_objects.bytes_at([self.point("jpeg", "1", 1, 30)], 39))
+        self.assertFalse(any(r["holds"] for r in light_field_objects.rate_rows([])))
 
 
 class Viewer(unittest.TestCase):
