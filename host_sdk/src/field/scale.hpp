@@ -1,0 +1,26 @@
+// Factors that bring probes of different calibration scales together.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "field/place.hpp"
+#include "field/views.hpp"
+
+namespace lightwell::field {
+
+struct ScaleEstimate {
+  double log_scale = 0;
+  double sigma = 0;  ///< Of log_scale.
+};
+
+/// Of each view: the factor that makes its lights agree with those of the others, by linear least squares on
+/// log(irradiance) + 2 log(distance) + log(scale) = log(intensity of the light). Views of one calibration share a
+/// factor. Absolute ones have the prior that their factor is one; without an absolute view the factor of the view with
+/// the most matched lights is one.
+[[nodiscard]] std::vector<ScaleEstimate> estimate_scales(std::span<const ProbeView> views,
+                                                         std::span<const Observation> observations,
+                                                         std::span<const Placed> lights);
+
+}  // namespace lightwell::field
