@@ -17,8 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-std::string path_of(const std::string& file) { return std::string(LIGHTWELL_FIELD_ROOMS) + "/" + file; }
-
 Vec3d vector_of(const json& j) { return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()}; }
 
 PointTruth point_of(const json& j) {
@@ -45,11 +43,15 @@ bool PointTruth::visible() const {
   return true;
 }
 
-Result<FieldRoom> load_field_room(const std::string& name) {
-  std::ifstream file(path_of(name + ".json"));
+std::string field_rooms_folder() { return LIGHTWELL_FIELD_ROOMS; }
+
+Result<FieldRoom> load_field_room(const std::string& folder, const std::string& name) {
+  const std::string stem = folder + "/" + name;
+  std::ifstream file(stem + ".json");
   const json j = json::parse(file, nullptr, false);
-  if (j.is_discarded()) return Status(StatusCode::not_found, path_of(name + ".json") + " cannot be read");
+  if (j.is_discarded()) return Status(StatusCode::not_found, stem + ".json cannot be read");
   FieldRoom out;
+  out.stem = stem;
   out.name = name;
   out.size = vector_of(j.at("size"));
   for (const json& box : j.at("occluders"))
@@ -70,11 +72,12 @@ Result<std::vector<Descriptor>> probe_descriptors(const FieldRoom& room) {
   PanoramaOptions options;
   options.probe_id = fnv1a_32("lightwell");
   options.config.panorama.smoothing = Smoothing::none;  // The probes are places of one estimator.
+  options.config.setting = Setting::exact;  // Lights that harmonics could hold as well are listed, too.
   const auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) return estimator.status();
   std::vector<Descriptor> out;
   for (std::size_t k = 0; k < room.probes.size(); ++k) {
-    Result<sim::Panorama> panorama = sim::load_panorama(path_of(room.name + "_" + std::to_string(k) + ".exr"));
+    Result<sim::Panorama> panorama = sim::load_panorama(room.stem + "_" + std::to_string(k) + ".exr");
     if (!panorama) return panorama.status();
     const sim::Scene scene(std::move(*panorama));
     Camera camera(rig, kFormat);

@@ -31,6 +31,7 @@ struct PointTruth {
 };
 
 struct FieldRoom {
+  std::string stem;  ///< Of its files: folder and name.
   std::string name;
   Vec3d size;                          ///< Its floor is at y = 0, its middle at x = z = 0.
   std::vector<std::array<Vec3d, 2>> occluders;  ///< Centre and size.
@@ -40,7 +41,10 @@ struct FieldRoom {
   std::vector<PointTruth> points;
 };
 
-[[nodiscard]] Result<FieldRoom> load_field_room(const std::string& name);
+/// tests/reference/mitsuba/field.
+[[nodiscard]] std::string field_rooms_folder();
+
+[[nodiscard]] Result<FieldRoom> load_field_room(const std::string& folder, const std::string& name);
 
 /// Descriptors of the room's probes: the panorama estimator behind a simulated pair of 640x480, 8 bits, three exposures,
 /// encoded and decoded.

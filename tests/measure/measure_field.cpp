@@ -214,8 +214,8 @@ void describe(const FieldRoom& room, const LightField& field, const std::vector<
     }
 }
 
-void measure_room(const std::string& name, bool each_point, bool verbose, const bench::MemcpySpeed& copy) {
-  const FieldRoom room = require(measure::load_field_room(name));
+void measure_room(const std::string& folder, const std::string& name, bool each_point, bool verbose, const bench::MemcpySpeed& copy) {
+  const FieldRoom room = require(measure::load_field_room(folder, name));
   const std::vector<FieldSample> samples = measure::samples_of(room, require(measure::probe_descriptors(room)));
   LightField field = field_of(samples);
   if (verbose) describe(room, field, samples);
@@ -233,17 +233,18 @@ void measure_room(const std::string& name, bool each_point, bool verbose, const 
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::string only;
+  std::string only, folder = measure::field_rooms_folder();
   bool each_point = false, verbose = false;
   CLI::App app{"Error, bound and time of the light field in path-traced rooms.", "measure_field"};
   app.add_option("--room", only, "Measure this room alone: square, corridor or corner");
+  app.add_option("--rooms", folder, "Other rooms, of render.py with another seed");
   app.add_flag("--points", each_point, "Print a line for each point as well");
   app.add_flag("--lights", verbose, "Print the lights of probes and field as well");
   app.footer("Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return lightwell::run_command(app, {argv + 1, argv + argc}, [&] {
     const bench::MemcpySpeed copy = bench::memcpy_speed(std::size_t{640} * 480 * 3);
     for (const char* name : measure::kFieldRooms)
-      if (only.empty() || only == name) measure_room(name, each_point, verbose, copy);
+      if (only.empty() || only == name) measure_room(folder, name, each_point, verbose, copy);
     return 0;
   });
 }

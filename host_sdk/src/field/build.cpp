@@ -5,6 +5,7 @@
 #include <optional>
 #include <utility>
 
+#include <lightwell/quantile.hpp>
 #include <lightwell/text.hpp>
 
 #include "field/match.hpp"
@@ -19,6 +20,8 @@ namespace {
 constexpr Duration kClockSlack{50'000'000};
 // A factor is known where its logarithm is within kScaleSigma; an absolute probe's may be at most kLargestFactor.
 constexpr double kScaleSigma = 0.5, kLargestFactor = 2.5;
+// Of the logarithm of an absolute probe's factor: what is expected of a calibration, and what the lights alone say.
+constexpr double kAbsoluteSigma = 0.1, kFreeSigma = 1;
 // Lights below this share of the strongest do not count against a probe's pose.
 constexpr double kMinorLight = 0.05;
 constexpr double kSameLight_m = 0.3, kSameLight_rad = 0.1;
@@ -38,7 +41,7 @@ struct Build {
   }
 };
 
-void exclude(FieldProbe& probe, FieldProbeState state, std::string reason) {
+void mark(FieldProbe& probe, FieldProbeState state, std::string reason) {
   probe.state = state;
   probe.reason = std::move(reason);
 }
@@ -70,41 +73,48 @@ Build usable_views(const std::vector<NamedSample>& samples, const FieldOptions& 
     probe.lights = static_cast<std::uint32_t>(s.light.lights.size());
     const Duration age = now - s.mid_exposure;
     if (age + s.time_uncertainty + kClockSlack < Duration{}) {
-      exclude(probe, FieldProbeState::wrong_clock,
+      mark(probe, FieldProbeState::wrong_clock,
               formatted("its mid-exposure is %.3g s in the future: check its clock", -age.seconds()));
     } else if (age - s.time_uncertainty > options.drop_age) {
-      exclude(probe, FieldProbeState::expired, formatted("its last sample is %.3g s old", age.seconds()));
+      mark(probe, FieldProbeState::expired, formatted("its last sample is %.3g s old", age.seconds()));
     } else {
       if (age + s.time_uncertainty > options.max_age)
-        exclude(probe, FieldProbeState::stale, formatted("its last sample is %.3g s old", age.seconds()));
+        mark(probe, FieldProbeState::stale, formatted("its last sample is %.3g s old", age.seconds()));
       out.views.push_back(std::move(view));
       out.sample_of.push_back(i);
     }
   }
-  const bool any_absolute = std::ranges::any_of(out.views, &ProbeView::absolute);
   const bool one_calibration = std::ranges::all_of(
       out.views, [&](const ProbeView& v) { return v.calibration == out.views.front().calibration; });
-  for (ProbeView& view : out.views) view.scale_known = any_absolute ? view.absolute : one_calibration;
+  for (ProbeView& view : out.views) view.scale_known = one_calibration;
   return out;
 }
 
 /// Brings the views to a common scale. True if views were left out or scales changed so that matching changes.
 bool align_scales(Build& build, std::vector<FieldProbe>& probes) {
   if (build.views.size() < 2) return false;
-  const std::vector<ScaleEstimate> scales = estimate_scales(build.views, build.observations, build.lights);
+  const auto scales = estimate_scales(build.views, build.observations, build.lights, kAbsoluteSigma);
+  const auto free_scales = estimate_scales(build.views, build.observations, build.lights, kFreeSigma);
+  // What an absolute probe's factor is compared with: that of the majority.
+  std::vector<double> absolute;
+  for (std::size_t v = 0; v < build.views.size(); ++v)
+    if (build.views[v].absolute) absolute.push_back(free_scales[v].log_scale);
+  const double common = absolute.empty() ? 0 : lower_quantile(absolute, 0.5);
+  const auto agrees = [&](double log_scale) { return std::abs(log_scale - common) <= std::log(kLargestFactor); };
+  const bool majority = 2 * std::ranges::count_if(absolute, agrees) > std::ssize(absolute);
   std::vector<bool> erased(build.views.size());
   bool changed = false;
   for (std::size_t v = 0; v < build.views.size(); ++v) {
     ProbeView& view = build.views[v];
     FieldProbe& probe = probes[build.sample_of[v]];
-    const double factor = std::exp(scales[v].log_scale);
-    if (view.absolute && (factor > kLargestFactor || factor < 1 / kLargestFactor)) {
-      exclude(probe, FieldProbeState::wrong_scale,
+    const double factor = std::exp(scales[v].log_scale), free_factor = std::exp(free_scales[v].log_scale - common);
+    if (view.absolute && !agrees(free_scales[v].log_scale)) {
+      mark(probe, FieldProbeState::wrong_scale,
               formatted("its lights are %.3g times those of the other probes, and its units are absolute: check its "
-                        "photometric calibration", 1 / factor));
+                        "photometric calibration", 1 / free_factor));
       erased[v] = changed = true;
     } else if (!view.absolute && !(scales[v].sigma < kScaleSigma)) {
-      exclude(probe, FieldProbeState::wrong_scale,
+      mark(probe, FieldProbeState::wrong_scale,
               "its units are relative, and it shares no light with the other probes that fixes their factor: calibrate "
               "it, or place it where it sees a lamp that they see");
       erased[v] = changed = true;
@@ -112,6 +122,9 @@ bool align_scales(Build& build, std::vector<FieldProbe>& probes) {
       changed = changed || !view.scale_known;
       view.scale = probe.scale = factor;
       view.scale_known = true;
+      if (view.absolute && !majority)
+        mark(probe, FieldProbeState::contradicted,
+                "as many probes measured light of another scale: check the photometric calibration of all");
     }
   }
   erase_views(build, erased);
@@ -132,7 +145,7 @@ bool leave_out_wrong_poses(Build& build, std::vector<FieldProbe>& probes) {
   for (std::size_t v = 0; v < build.views.size(); ++v) {
     if (matched[v] > 0 || major[v] < 2) continue;
     erased[v] = changed = true;
-    exclude(probes[build.sample_of[v]], FieldProbeState::wrong_pose,
+    mark(probes[build.sample_of[v]], FieldProbeState::wrong_pose,
             formatted("none of its %zu lights is where the other probes see one: check its pose", major[v]));
   }
   if (changed) erase_views(build, erased);
@@ -219,8 +232,9 @@ FieldLight reported(const SharedLight& light, const Placed& placed) {
   return out;
 }
 
-FieldNode node_of(const FieldSample& sample, const ProbeView& view) {
+FieldNode node_of(const FieldSample& sample, const ProbeView& view, const FieldProbe& probe) {
   FieldNode out;
+  out.contradicted = probe.state == FieldProbeState::contradicted;
   out.position = view.origin;
   out.bound = sample.light.bound.total;
   out.flags = sample.light.flags;
@@ -242,7 +256,8 @@ std::shared_ptr<const FieldSnapshot> build_field(const std::vector<NamedSample>&
   build.match();
   // Wrong poses first: their false matches must not decide scales.
   if (leave_out_wrong_poses(build, state->probes)) build.match();
-  if (align_scales(build, state->probes)) build.match();
+  constexpr int kRounds = 4;  // Whom one round leaves out bends the factors of the others in that round alone.
+  for (int round = 0; round < kRounds && align_scales(build, state->probes); ++round) build.match();
   fit_intensities(build);
 
   out->lights = shared_lights(build, before);
@@ -255,14 +270,15 @@ std::shared_ptr<const FieldSnapshot> build_field(const std::vector<NamedSample>&
   for (const std::size_t m : build.matches.ambiguous)
     ++state->probes[build.sample_of[build.observations[m].view]].ambiguous;
   for (std::size_t v = 0; v < build.views.size(); ++v)
-    out->nodes.push_back(node_of(samples[build.sample_of[v]].sample, build.views[v]));
+    out->nodes.push_back(
+        node_of(samples[build.sample_of[v]].sample, build.views[v], state->probes[build.sample_of[v]]));
   split_residuals(build.views, build.observations, members, proxy.get(), out->lights, out->nodes);
   out->surround = subtract_surround(std::move(proxy), build.views, out->nodes);
   out->variogram = estimate_variogram(options, out->lights, out->nodes);
   for (std::size_t v = 0; v < build.views.size(); ++v) {
     FieldProbe& probe = state->probes[build.sample_of[v]];
-    if (out->nodes[v].contradicted)
-      exclude(probe, FieldProbeState::contradicted,
+    if (out->nodes[v].contradicted && probe.state != FieldProbeState::contradicted)
+      mark(probe, FieldProbeState::contradicted,
               "a probe less than a metre away measured another light: check both poses, clocks and calibrations");
   }
   const bool absolute = std::ranges::any_of(build.views, &ProbeView::absolute);

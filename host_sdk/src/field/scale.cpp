@@ -8,21 +8,22 @@
 namespace lightwell::field {
 namespace {
 
-constexpr double kAbsolutePrior = 0.3, kRelativePrior = 5, kReferencePrior = 1e-3;
+constexpr double kRelativePrior = 5, kReferencePrior = 1e-3;
 // Lamps are not isotropic: standard deviation of the logarithm of one intensity.
 constexpr double kIntensitySigma = 0.3;
 
 }  // namespace
 
 std::vector<ScaleEstimate> estimate_scales(std::span<const ProbeView> views, std::span<const Observation> observations,
-                                           std::span<const Placed> lights) {
-  // Factors: one of each relative calibration, one of each absolute view.
+                                           std::span<const Placed> lights, double absolute_sigma) {
+  // The factors, one of each calibration, by its first view.
   std::vector<std::size_t> factor(views.size());
   std::vector<std::size_t> first;
   for (std::size_t v = 0; v < views.size(); ++v) {
     factor[v] = first.size();
-    for (std::size_t k = 0; k < first.size() && !views[v].absolute; ++k)
-      if (!views[first[k]].absolute && views[first[k]].calibration == views[v].calibration) factor[v] = k;
+    for (std::size_t k = 0; k < first.size(); ++k)
+      if (views[first[k]].absolute == views[v].absolute && views[first[k]].calibration == views[v].calibration)
+        factor[v] = k;
     if (factor[v] == first.size()) first.push_back(v);
   }
   std::vector<std::size_t> matched(first.size());
@@ -38,7 +39,7 @@ std::vector<ScaleEstimate> estimate_scales(std::span<const ProbeView> views, std
   Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
   for (std::size_t k = 0; k < first.size(); ++k) {
     const double prior = !any_absolute && k == reference ? kReferencePrior
-                         : views[first[k]].absolute      ? kAbsolutePrior
+                         : views[first[k]].absolute      ? absolute_sigma
                                                          : kRelativePrior;
     information(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(k)) += 1 / (prior * prior);
   }
