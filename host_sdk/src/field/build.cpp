@@ -274,7 +274,7 @@ std::shared_ptr<const FieldSnapshot> build_field(const std::vector<NamedSample>&
         node_of(samples[build.sample_of[v]].sample, build.views[v], state->probes[build.sample_of[v]]));
   split_residuals(build.views, build.observations, members, proxy.get(), out->lights, out->nodes);
   out->surround = subtract_surround(std::move(proxy), build.views, out->nodes);
-  out->variogram = estimate_variogram(options, out->lights, out->nodes);
+  out->variogram = estimate_variogram(options, out->surround != nullptr, out->lights, out->nodes);
   for (std::size_t v = 0; v < build.views.size(); ++v) {
     FieldProbe& probe = state->probes[build.sample_of[v]];
     if (out->nodes[v].contradicted && probe.state != FieldProbeState::contradicted)

@@ -16,9 +16,13 @@ namespace {
 constexpr double kMargin_m = 0.05;  // Of the proxy geometry, beside lights that hang on it.
 constexpr double kFar_m = 1000;
 constexpr std::size_t kAll = sh_count(kMaxBand), kCompared = sh_count(4);
-// Prior of the variogram: over the typical distance the irradiance changes by kPriorChange of itself, with the weight of
-// kPriorPairs pairs.
-constexpr double kPriorChange = 0.5, kPriorPairs = 2;
+// Prior of the variogram: over the typical distance the irradiance without shared lights changes by this share of
+// itself, with the weight of that many pairs of probes. Geometry explains a part of the change; its radiance comes from
+// the same probes, so that their differences then say less.
+struct ChangePrior {
+  double share, pairs;
+};
+constexpr ChangePrior kPrior{0.5, 2}, kPriorWithSurround{0.3, 8};
 // Close probes may differ by this many standard deviations.
 constexpr double kContradiction = 3, kClose_m = 1;
 
@@ -153,6 +157,7 @@ void split_residuals(std::span<const ProbeView> views, std::span<const Observati
       add_scaled(node.residual, cap, -static_cast<float>(part));
     }
     node.residual_irradiance = irradiance_of(node.residual);
+    node.rest_square = mean_square(irradiance_harmonics(node), {});
   }
 }
 
@@ -169,7 +174,7 @@ std::shared_ptr<const Surround> subtract_surround(std::shared_ptr<const Proxy> p
   return out;
 }
 
-double estimate_variogram(const FieldOptions& options, std::span<const SharedLight> lights,
+double estimate_variogram(const FieldOptions& options, bool surround, std::span<const SharedLight> lights,
                           std::span<FieldNode> nodes) {
   if (nodes.empty()) return 0;
   std::vector<std::array<double, kCompared>> harmonics;
@@ -177,15 +182,15 @@ double estimate_variogram(const FieldOptions& options, std::span<const SharedLig
   double mean = 0;
   for (const FieldNode& node : nodes) {
     harmonics.push_back(irradiance_harmonics(node));
-    const double residual = mean_square(harmonics.back(), {});
-    mean += residual / static_cast<double>(nodes.size());
-    total.push_back(residual);
+    mean += node.rest_square / static_cast<double>(nodes.size());
+    total.push_back(node.rest_square);
     for (std::size_t l = 0; l < lights.size(); ++l)
       total.back() += square(static_cast<double>(node.visibility[l]) *
                              luminance_of(seen_at(lights[l], node.position).irradiance)) / 6;
   }
   const double typical = variogram_shape(options.typical_distance_m);
-  double sum = kPriorPairs * square(kPriorChange) * mean / typical, pairs = kPriorPairs;
+  const ChangePrior& prior = surround ? kPriorWithSurround : kPrior;
+  double sum = prior.pairs * square(prior.share) * mean / typical, pairs = prior.pairs;
   for (std::size_t i = 0; i < nodes.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) {
       const double h = length(nodes[i].position - nodes[k].position);
@@ -195,7 +200,7 @@ double estimate_variogram(const FieldOptions& options, std::span<const SharedLig
       if (h > kClose_m) continue;
       const double level = std::max(total[i], total[k]);
       const double bound = static_cast<double>(std::min(nodes[i].bound, 1.0F) + std::min(nodes[k].bound, 1.0F)) + 0.1;
-      const double expected = level * (square(kPriorChange) * variogram_shape(h) / typical + square(bound));
+      const double expected = level * (square(kPrior.share) * variogram_shape(h) / typical + square(bound));
       if (difference > square(kContradiction) * expected) nodes[i].contradicted = nodes[k].contradicted = true;
     }
   return sum / pairs;

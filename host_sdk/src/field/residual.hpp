@@ -26,8 +26,8 @@ void split_residuals(std::span<const ProbeView> views, std::span<const Observati
                                                                 std::span<FieldNode> nodes);
 
 /// Coefficient of the variogram of the nodes' residuals and own lights, from all pairs and a prior; marks nodes that
-/// differ from one close by more than light changes over the distance.
-[[nodiscard]] double estimate_variogram(const FieldOptions& options, std::span<const SharedLight> lights,
+/// differ from one close by more than light changes over the distance. `surround`: what it explains was subtracted.
+[[nodiscard]] double estimate_variogram(const FieldOptions& options, bool surround, std::span<const SharedLight> lights,
                                         std::span<FieldNode> nodes);
 
 }  // namespace lightwell::field

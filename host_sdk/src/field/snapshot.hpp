@@ -39,6 +39,7 @@ struct FieldNode {
   IrradianceSh residual_irradiance;
   std::vector<Light> own_lights;    ///< Matched with none, world axes, common scale.
   double own_square = 0;            ///< Mean square over normals of the irradiance of these (luminance).
+  double rest_square = 0;           ///< The same of residual and own lights, with the surroundings.
   std::vector<float> visibility;    ///< Of each shared light, 0 to 1.
   float bound = 0;                  ///< Of its descriptor.
   Flags flags;
