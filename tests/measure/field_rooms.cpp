@@ -23,7 +23,8 @@ PointTruth point_of(const json& j) {
   PointTruth out;
   out.position = vector_of(j.at("position"));
   const auto values = j.at("irradiance").get<std::vector<double>>();
-  for (std::size_t i = 0; i + 2 < values.size(); i += 3) out.irradiance.push_back({values[i], values[i + 1], values[i + 2]});
+  for (std::size_t i = 0; i + 2 < values.size(); i += 3)
+    out.irradiance.push_back({values[i], values[i + 1], values[i + 2]});
   for (const json& lamp : j.at("lamps"))
     out.lamps.push_back({lamp.at("free").get<double>(), lamp.at("seen").get<double>(), vector_of(lamp.at("towards"))});
   return out;
@@ -72,7 +73,7 @@ Result<std::vector<Descriptor>> probe_descriptors(const FieldRoom& room) {
   PanoramaOptions options;
   options.probe_id = fnv1a_32("lightwell");
   options.config.panorama.smoothing = Smoothing::none;  // The probes are places of one estimator.
-  options.config.setting = Setting::exact;  // Lights that harmonics could hold as well are listed, too.
+  options.config.setting = Setting::exact;              // Lights that harmonics could hold as well are listed, too.
   const auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) return estimator.status();
   std::vector<Descriptor> out;
@@ -95,11 +96,15 @@ RoomGeometry geometry_of(const FieldRoom& room) {
   const auto add_box = [&](Vec3d center, Vec3d size) {
     const auto first = static_cast<std::uint32_t>(out.vertices.size());
     for (int k = 0; k < 8; ++k)
-      out.vertices.push_back(vec_cast<float>(center + Vec3d{((k & 1) != 0 ? 0.5 : -0.5) * size.x,
-                                                            ((k & 2) != 0 ? 0.5 : -0.5) * size.y,
-                                                            ((k & 4) != 0 ? 0.5 : -0.5) * size.z}));
-    for (const auto& [a, b, c, d] : {std::array<std::uint32_t, 4>{0, 2, 6, 4}, {1, 5, 7, 3}, {0, 4, 5, 1}, {2, 3, 7, 6},
-                                     {0, 1, 3, 2}, {4, 6, 7, 5}})
+      out.vertices.push_back(
+          vec_cast<float>(center + Vec3d{((k & 1) != 0 ? 0.5 : -0.5) * size.x, ((k & 2) != 0 ? 0.5 : -0.5) * size.y,
+                                         ((k & 4) != 0 ? 0.5 : -0.5) * size.z}));
+    for (const auto& [a, b, c, d] : {std::array<std::uint32_t, 4>{0, 2, 6, 4},
+                                     {1, 5, 7, 3},
+                                     {0, 4, 5, 1},
+                                     {2, 3, 7, 6},
+                                     {0, 1, 3, 2},
+                                     {4, 6, 7, 5}})
       for (const std::uint32_t i : {a, b, c, a, c, d}) out.indices.push_back(first + i);
   };
   add_box({0, room.size.y / 2, 0}, room.size);

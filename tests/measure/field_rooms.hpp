@@ -33,11 +33,11 @@ struct PointTruth {
 struct FieldRoom {
   std::string stem;  ///< Of its files: folder and name.
   std::string name;
-  Vec3d size;                          ///< Its floor is at y = 0, its middle at x = z = 0.
+  Vec3d size;                                   ///< Its floor is at y = 0, its middle at x = z = 0.
   std::vector<std::array<Vec3d, 2>> occluders;  ///< Centre and size.
-  std::vector<Vec3d> lamps;            ///< Centres; the window is the last.
+  std::vector<Vec3d> lamps;                     ///< Centres; the window is the last.
   std::vector<Vec3f> normals;
-  std::vector<Pose> probes;            ///< T_world_probe.
+  std::vector<Pose> probes;  ///< T_world_probe.
   std::vector<PointTruth> points;
 };
 
@@ -46,8 +46,8 @@ struct FieldRoom {
 
 [[nodiscard]] Result<FieldRoom> load_field_room(const std::string& folder, const std::string& name);
 
-/// Descriptors of the room's probes: the panorama estimator behind a simulated pair of 640x480, 8 bits, three exposures,
-/// encoded and decoded.
+/// Descriptors of the room's probes: the panorama estimator behind a simulated pair of 640x480, 8 bits, three
+/// exposures, encoded and decoded.
 [[nodiscard]] Result<std::vector<Descriptor>> probe_descriptors(const FieldRoom& room);
 
 /// Triangles of walls, floor, ceiling and occluders; the furniture is left out.

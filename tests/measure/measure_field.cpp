@@ -1,7 +1,6 @@
 // Measures LightField in the path-traced rooms of tests/reference/mitsuba/field, whose README defines what is measured.
 // One JSON object per line.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -14,6 +13,7 @@
 #include <lightwell/quantile.hpp>
 
 #include "bench/memcpy_speed.hpp"
+#include "bench/thread_time.hpp"
 #include "measure/field_rooms.hpp"
 #include "measure/output.hpp"
 #include "tools/command_line.hpp"
@@ -123,7 +123,8 @@ void measure_points(const FieldRoom& room, const std::vector<FieldSample>& sampl
   line["bound_to_error_median"] = median(ratios);
   measure::print_line(line);
   if (method != "field") return;
-  ordered_json single{{"room", room.name}, {"method", "nearest probe"}, {"points", room.points.size()}, {"visible", visible}};
+  ordered_json single{
+      {"room", room.name}, {"method", "nearest probe"}, {"points", room.points.size()}, {"visible", visible}};
   nearest.write(single);
   measure::print_line(single);
 }
@@ -149,17 +150,17 @@ void measure_lamps(const FieldRoom& room, const LightField& field) {
   }
 }
 
-/// Seconds of a call: the best of five rounds over the room's points.
+/// Seconds of this thread's processor for a call: the best of five rounds over the room's points.
 template <class Call>
 double seconds_of(const FieldRoom& room, Call&& call) {
   double best = std::numeric_limits<double>::infinity();
   for (int round = 0; round < 5; ++round) {
     constexpr int kRepeats = 20;
-    const auto begin = std::chrono::steady_clock::now();
+    const double begin = bench::thread_time_ms();
     for (int repeat = 0; repeat < kRepeats; ++repeat)
       for (const PointTruth& point : room.points) call(point.position);
-    const double s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    best = std::min(best, s / (kRepeats * static_cast<double>(room.points.size())));
+    const double ms = bench::thread_time_ms() - begin;
+    best = std::min(best, 1e-3 * ms / (kRepeats * static_cast<double>(room.points.size())));
   }
   return best;
 }
@@ -169,13 +170,14 @@ volatile float kept;  ///< Keeps the compiler from removing the computation.
 void measure_speed(const FieldRoom& room, LightField& field, const std::vector<FieldSample>& samples,
                    const std::string& method, const bench::MemcpySpeed& copy) {
   const Lighting one = Lighting::of(samples.front().light);
-  const double reference =
-      seconds_of(room, [&](Vec3d p) { kept = one.irradiance(vec_cast<float>(p + Vec3d{0, 0.1, 0})).value.r; });
+  const double reference = seconds_of(room, [&](Vec3d p) {
+    kept = one.irradiance(vec_cast<float>(p + Vec3d{0, 0.1, 0})).value.r;
+  });
   const double at = seconds_of(room, [&](Vec3d p) { kept = field.at(p, {}).light.descriptor().bound.total; });
   const double irradiance = seconds_of(room, [&](Vec3d p) { kept = field.irradiance(p, {0, 1, 0}, {}).value.r; });
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = bench::thread_time_ms();
   (void)field.update({});
-  const double update = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double update_ms = bench::thread_time_ms() - begin;
   measure::print_line({{"room", room.name},
                        {"speed", method},
                        {"at_us", 1e6 * at},
@@ -183,7 +185,7 @@ void measure_speed(const FieldRoom& room, LightField& field, const std::vector<F
                        {"lighting_irradiance_us", 1e6 * reference},
                        {"at_ratio", at / reference},
                        {"irradiance_ratio", irradiance / reference},
-                       {"update_ms", 1e3 * update},
+                       {"update_ms", update_ms},
                        {"memcpy_gb_s", copy.gigabytes_per_s}});
 }
 
@@ -197,24 +199,38 @@ LightField field_of(const std::vector<FieldSample>& samples) {
 void describe(const FieldRoom& room, const LightField& field, const std::vector<FieldSample>& samples) {
   const auto state = field.state();
   for (const FieldProbe& p : state->probes)
-    measure::print_line({{"room", room.name}, {"probe", p.name}, {"state", to_string(p.state)}, {"scale", p.scale},
-                         {"lights", p.lights}, {"matched", p.matched}, {"ambiguous", p.ambiguous}});
+    measure::print_line({{"room", room.name},
+                         {"probe", p.name},
+                         {"state", to_string(p.state)},
+                         {"scale", p.scale},
+                         {"lights", p.lights},
+                         {"matched", p.matched},
+                         {"ambiguous", p.ambiguous}});
   for (const FieldLight& l : state->lights)
-    measure::print_line({{"room", room.name}, {"light", l.id}, {"placed", l.placed}, {"probes", l.probes},
-                         {"position", {l.position.x, l.position.y, l.position.z}}, {"radius", l.radius},
+    measure::print_line({{"room", room.name},
+                         {"light", l.id},
+                         {"placed", l.placed},
+                         {"probes", l.probes},
+                         {"position", {l.position.x, l.position.y, l.position.z}},
+                         {"radius", l.radius},
                          {"intensity", l.intensity.luminance()},
-                         {"gradient", {l.intensity_gradient[0].luminance(), l.intensity_gradient[1].luminance(),
-                                       l.intensity_gradient[2].luminance()}}});
+                         {"gradient",
+                          {l.intensity_gradient[0].luminance(), l.intensity_gradient[1].luminance(),
+                           l.intensity_gradient[2].luminance()}}});
   for (const FieldSample& s : samples)
     for (const Light& l : s.light.lights) {
       const Vec3f d = rotate(s.T_world_probe.pose.rotation, l.direction);
-      measure::print_line({{"room", room.name}, {"listed", {d.x, d.y, d.z}}, {"irradiance", l.irradiance.luminance()},
-                           {"radius_deg", kDegrees * static_cast<double>(l.angular_radius_rad)}, {"bound", s.light.bound.total},
+      measure::print_line({{"room", room.name},
+                           {"listed", {d.x, d.y, d.z}},
+                           {"irradiance", l.irradiance.luminance()},
+                           {"radius_deg", kDegrees * static_cast<double>(l.angular_radius_rad)},
+                           {"bound", s.light.bound.total},
                            {"band", s.light.radiance.band}});
     }
 }
 
-void measure_room(const std::string& folder, const std::string& name, bool each_point, bool verbose, const bench::MemcpySpeed& copy) {
+void measure_room(const std::string& folder, const std::string& name, bool each_point, bool verbose,
+                  const bench::MemcpySpeed& copy) {
   const FieldRoom room = require(measure::load_field_room(folder, name));
   const std::vector<FieldSample> samples = measure::samples_of(room, require(measure::probe_descriptors(room)));
   LightField field = field_of(samples);

@@ -54,10 +54,10 @@ struct FieldLight {
   std::uint32_t id = 0;  ///< Stays with the same light from one update to the next. Not 0.
   /// False: distant. Its inverse distance is less than two standard deviations from zero.
   bool placed = false;
-  Vec3d position;                              ///< m, world; of a placed light.
+  Vec3d position;                               ///< m, world; of a placed light.
   std::array<double, 6> position_covariance{};  ///< xx, xy, xz, yy, yz, zz, m²; of a placed light.
-  Vec3f direction;                             ///< Unit, TOWARDS the light, world; of a distant light.
-  float direction_sigma_rad = 0;               ///< Standard deviation of `direction` in each tangent; of a distant light.
+  Vec3f direction;                              ///< Unit, TOWARDS the light, world; of a distant light.
+  float direction_sigma_rad = 0;  ///< Standard deviation of `direction` in each tangent; of a distant light.
   /// Placed: radiant intensity, irradiance times m², the mean over directions. Distant: irradiance at normal incidence.
   Irradiance intensity;
   /// Placed: radiant intensity towards the unit vector w is max(0, intensity + sum of gradient[i] w[i]).

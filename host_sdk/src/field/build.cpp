@@ -74,7 +74,7 @@ Build usable_views(const std::vector<NamedSample>& samples, const FieldOptions& 
     const Duration age = now - s.mid_exposure;
     if (age + s.time_uncertainty + kClockSlack < Duration{}) {
       mark(probe, FieldProbeState::wrong_clock,
-              formatted("its mid-exposure is %.3g s in the future: check its clock", -age.seconds()));
+           formatted("its mid-exposure is %.3g s in the future: check its clock", -age.seconds()));
     } else if (age - s.time_uncertainty > options.drop_age) {
       mark(probe, FieldProbeState::expired, formatted("its last sample is %.3g s old", age.seconds()));
     } else {
@@ -110,13 +110,14 @@ bool align_scales(Build& build, std::vector<FieldProbe>& probes) {
     const double factor = std::exp(scales[v].log_scale), free_factor = std::exp(free_scales[v].log_scale - common);
     if (view.absolute && !agrees(free_scales[v].log_scale)) {
       mark(probe, FieldProbeState::wrong_scale,
-              formatted("its lights are %.3g times those of the other probes, and its units are absolute: check its "
-                        "photometric calibration", 1 / free_factor));
+           formatted("its lights are %.3g times those of the other probes, and its units are absolute: check its "
+                     "photometric calibration",
+                     1 / free_factor));
       erased[v] = changed = true;
     } else if (!view.absolute && !(scales[v].sigma < kScaleSigma)) {
       mark(probe, FieldProbeState::wrong_scale,
-              "its units are relative, and it shares no light with the other probes that fixes their factor: calibrate "
-              "it, or place it where it sees a lamp that they see");
+           "its units are relative, and it shares no light with the other probes that fixes their factor: calibrate "
+           "it, or place it where it sees a lamp that they see");
       erased[v] = changed = true;
     } else {
       changed = changed || !view.scale_known;
@@ -124,7 +125,7 @@ bool align_scales(Build& build, std::vector<FieldProbe>& probes) {
       view.scale_known = true;
       if (view.absolute && !majority)
         mark(probe, FieldProbeState::contradicted,
-                "as many probes measured light of another scale: check the photometric calibration of all");
+             "as many probes measured light of another scale: check the photometric calibration of all");
     }
   }
   erase_views(build, erased);
@@ -146,7 +147,7 @@ bool leave_out_wrong_poses(Build& build, std::vector<FieldProbe>& probes) {
     if (matched[v] > 0 || major[v] < 2) continue;
     erased[v] = changed = true;
     mark(probes[build.sample_of[v]], FieldProbeState::wrong_pose,
-            formatted("none of its %zu lights is where the other probes see one: check its pose", major[v]));
+         formatted("none of its %zu lights is where the other probes see one: check its pose", major[v]));
   }
   if (changed) erase_views(build, erased);
   return changed;
@@ -279,7 +280,7 @@ std::shared_ptr<const FieldSnapshot> build_field(const std::vector<NamedSample>&
     FieldProbe& probe = state->probes[build.sample_of[v]];
     if (out->nodes[v].contradicted && probe.state != FieldProbeState::contradicted)
       mark(probe, FieldProbeState::contradicted,
-              "a probe less than a metre away measured another light: check both poses, clocks and calibrations");
+           "a probe less than a metre away measured another light: check both poses, clocks and calibrations");
   }
   const bool absolute = std::ranges::any_of(build.views, &ProbeView::absolute);
   state->units = absolute ? Units::absolute : Units::relative;

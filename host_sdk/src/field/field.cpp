@@ -1,10 +1,9 @@
-#include <lightwell/field.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
 
+#include <lightwell/field.hpp>
 #include <lightwell/text.hpp>
 
 #include "core/store.hpp"
@@ -64,8 +63,8 @@ class LightField::Impl {
       return invalid_argument("the descriptor of probe " + where + " holds values that are not finite");
     const auto found = samples_.find(name);
     if (found == samples_.end() && samples_.size() >= kMaxFieldProbes)
-      return {StatusCode::resource_exhausted,
-              formatted("a field holds at most %zu probes: remove one before adding %s", kMaxFieldProbes, where.c_str())};
+      return {StatusCode::resource_exhausted, formatted("a field holds at most %zu probes: remove one before adding %s",
+                                                        kMaxFieldProbes, where.c_str())};
     sample.light.environment.reset();
     if (found != samples_.end())
       found->second = std::move(sample);
@@ -83,15 +82,16 @@ class LightField::Impl {
 
   Status set_geometry(const FieldGeometry& geometry) {
     if (geometry.indices.empty()) return proxy_ = nullptr, Status();
-    if (geometry.indices.size() % 3 != 0) return invalid_argument("the indices of the geometry are not three a triangle");
+    if (geometry.indices.size() % 3 != 0)
+      return invalid_argument("the indices of the geometry are not three a triangle");
     if (geometry.indices.size() / 3 > kMaxFieldTriangles)
       return {StatusCode::resource_exhausted,
               formatted("the geometry has %zu triangles, at most %zu are possible: simplify it",
                         geometry.indices.size() / 3, kMaxFieldTriangles)};
     for (const std::uint32_t i : geometry.indices)
       if (i >= geometry.vertices.size())
-        return invalid_argument(formatted("index %u of the geometry is beyond its %zu vertices", static_cast<unsigned>(i),
-                                          geometry.vertices.size()));
+        return invalid_argument(formatted("index %u of the geometry is beyond its %zu vertices",
+                                          static_cast<unsigned>(i), geometry.vertices.size()));
     for (const Vec3f& v : geometry.vertices)
       if (!lightwell::is_finite(v)) return invalid_argument("a vertex of the geometry is not finite");
     return field::Proxy::make(geometry).assign_to(proxy_);

@@ -10,33 +10,42 @@
 namespace lightwell::field {
 namespace {
 
-/// Candidates of the standard deviation of the gradient, relative to the mean: from a ball to a flat emitter.
-constexpr std::array kGradientSigmas = {0.02, 0.1, 0.3, 1.0};
-constexpr double kMeanSigma = 3;  // Of the mean, relative to the observations' mean: hardly a prior.
+/// Standard deviations of mean and gradient, relative to the observed mean: hardly a prior on either for what is
+/// allowed, nearly zero for what is not.
+struct ShapePrior {
+  double mean, gradient;
+};
+/// A ball, three that are brighter on one side, and a flat Lambertian emitter.
+constexpr std::array kShapes = {ShapePrior{1.5, 0.02}, ShapePrior{1.5, 0.1}, ShapePrior{1.5, 0.3}, ShapePrior{1.5, 1},
+                                ShapePrior{0.02, 1.5}};
 
 Eigen::Vector4d features(Vec3d w) { return {1, w.x, w.y, w.z}; }
 
-/// The candidate with the largest evidence of the observations (MacKay 1992, "Bayesian Interpolation"): a gradient that
-/// they do not need is shrunk.
-double gradient_sigma(std::span<const IntensityObservation> observations, double scale) {
+/// The shape with the largest evidence of the observations (MacKay 1992, "Bayesian Interpolation"): a gradient that they
+/// do not need is shrunk.
+const ShapePrior& likely_shape(std::span<const IntensityObservation> observations, double scale) {
   const auto n = static_cast<Eigen::Index>(observations.size());
-  double best = kGradientSigmas[0], largest = 0;
-  for (std::size_t k = 0; k < kGradientSigmas.size(); ++k) {
+  const auto at = [&](Eigen::Index i) -> const IntensityObservation& {
+    return observations[static_cast<std::size_t>(i)];
+  };
+  const ShapePrior* best = kShapes.data();
+  double largest = 0;
+  for (const ShapePrior& shape : kShapes) {
     Eigen::MatrixXd covariance(n, n);
     Eigen::VectorXd y(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const IntensityObservation& a = observations[static_cast<std::size_t>(i)];
-      y(i) = luminance_of(a.intensity) / scale - 1;
+      y(i) = luminance_of(at(i).intensity) / scale;
       for (Eigen::Index j = 0; j < n; ++j)
-        covariance(i, j) = kMeanSigma * kMeanSigma + kGradientSigmas[k] * kGradientSigmas[k] *
-                                                         dot(a.from_light, observations[static_cast<std::size_t>(j)].from_light);
-      covariance(i, i) += std::max(a.relative_sigma * a.relative_sigma, 1e-6);
+        covariance(i, j) =
+            shape.mean * shape.mean + shape.gradient * shape.gradient * dot(at(i).from_light, at(j).from_light);
+      covariance(i, i) += std::max(at(i).relative_sigma * at(i).relative_sigma, 1e-6);
     }
     const Eigen::LDLT<Eigen::MatrixXd> factor(covariance);
     const double evidence = -y.dot(factor.solve(y)) / 2 - factor.vectorD().array().max(1e-12).log().sum() / 2;
-    if (k == 0 || evidence > largest) largest = evidence, best = kGradientSigmas[k];
+    // Where they are equal, as of one observation, a ball.
+    if (&shape == kShapes.data() || evidence > largest + 1e-3) largest = evidence, best = &shape;
   }
-  return best;
+  return *best;
 }
 
 }  // namespace
@@ -62,8 +71,9 @@ IntensityModel fit_intensity(std::span<const IntensityObservation> observations)
     out.scale += luminance_of(o.intensity) / static_cast<double>(observations.size());
   if (!(out.scale > 0)) return out;
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
-  const double sigma = gradient_sigma(observations, out.scale), prior = 1 / (sigma * sigma);
-  information.diagonal() << 1 / (kMeanSigma * kMeanSigma), prior, prior, prior;
+  const ShapePrior& shape = likely_shape(observations, out.scale);
+  const double prior = 1 / (shape.gradient * shape.gradient);
+  information.diagonal() << 1 / (shape.mean * shape.mean), prior, prior, prior;
   Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
   Eigen::Vector4d right_luminance = Eigen::Vector4d::Zero();
   for (const IntensityObservation& o : observations) {

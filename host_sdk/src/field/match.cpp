@@ -11,15 +11,15 @@ namespace lightwell::field {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr std::size_t kNeighbours = 6;       // Views that a view forms pairs with: the nearest ones.
-constexpr std::size_t kLightsInPairs = 12;   // The strongest of a view form pairs; weaker ones extend them.
-constexpr double kGate = 16;                 // Squared Mahalanobis distance of an observation from a hypothesis.
+constexpr std::size_t kNeighbours = 6;      // Views that a view forms pairs with: the nearest ones.
+constexpr std::size_t kLightsInPairs = 12;  // The strongest of a view form pairs; weaker ones extend them.
+constexpr double kGate = 16;                // Squared Mahalanobis distance of an observation from a hypothesis.
 // Standard deviation of the logarithm of irradiance times squared distance: lamps are not isotropic, and caps hold
 // light from around the lamp. Of unrelated lights: kUnrelated.
 constexpr double kIntensitySigma = 0.5, kUnrelatedIntensity = 1.5;
 constexpr double kChromaSigma = 0.15, kUnrelatedChroma = 0.35;
-constexpr double kMissing = 1.5;       // For a view that should see the light and has none there.
-constexpr double kSmallestScore = 4;   // Below, the light is taken as unmatched.
+constexpr double kMissing = 1.5;      // For a view that should see the light and has none there.
+constexpr double kSmallestScore = 4;  // Below, the light is taken as unmatched.
 constexpr double kAmbiguousMargin = 2;
 
 struct Range {
@@ -249,8 +249,8 @@ LightMatches Matcher::match() {
       auto again = pair(h.members[0], h.members[1]);
       if (!again) continue;
       extend(*again);
-      const auto place = std::ranges::upper_bound(all.begin() + static_cast<std::ptrdiff_t>(n) + 1, all.end(), *again,
-                                                  by_score);
+      const auto place =
+          std::ranges::upper_bound(all.begin() + static_cast<std::ptrdiff_t>(n) + 1, all.end(), *again, by_score);
       all.insert(place, std::move(*again));
       continue;
     }

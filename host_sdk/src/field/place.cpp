@@ -123,13 +123,12 @@ class Bundle {
     for (LightState& light : lights_) {
       for (const std::size_t m : light.members) {
         const Observation& o = observations_[m];
-        problem_->AddResidualBlock(
-            new ceres::AutoDiffCostFunction<DirectionResidual, 2, 3, 6>(
-                new DirectionResidual{light.reference, light.u, light.v, light.anchor, &o}),
-            new ceres::HuberLoss(2), light.value.data(), poses_[o.view].data());
+        problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<DirectionResidual, 2, 3, 6>(
+                                       new DirectionResidual{light.reference, light.u, light.v, light.anchor, &o}),
+                                   new ceres::HuberLoss(2), light.value.data(), poses_[o.view].data());
         if (o.distance_m > 0)
-          problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<DistanceResidual, 1, 3>(new DistanceResidual{
-                                         light.reference, light.u, light.v, light.anchor, &o}),
+          problem_->AddResidualBlock(new ceres::AutoDiffCostFunction<DistanceResidual, 1, 3>(
+                                         new DistanceResidual{light.reference, light.u, light.v, light.anchor, &o}),
                                      nullptr, light.value.data());
         if (added[o.view]) continue;
         added[o.view] = true;
@@ -157,7 +156,7 @@ class Bundle {
         const Observation& o = observations_[m];
         std::array<double, 2> r{};
         DirectionResidual{light.reference, light.u, light.v, light.anchor, &o}(light.value.data(),
-                                                                              poses_[o.view].data(), r.data());
+                                                                               poses_[o.view].data(), r.data());
         return r[0] * r[0] + r[1] * r[1];
       };
       // The worst one alone: it bends the others towards itself.
@@ -220,7 +219,8 @@ class Bundle {
     out.radius = 0;
     for (const std::size_t i : light.members) {
       const Observation& o = observations_[i];
-      out.radius += std::sin(o.radius_rad) * length(out.position - o.origin) / static_cast<double>(light.members.size());
+      out.radius +=
+          std::sin(o.radius_rad) * length(out.position - o.origin) / static_cast<double>(light.members.size());
     }
     return out;
   }

@@ -17,9 +17,9 @@ namespace lightwell::field {
 struct Placed {
   std::vector<std::size_t> members;  ///< Observations.
   bool distant = false;
-  Vec3d position;            ///< Unless distant.
-  Symmetric3 covariance{};   ///< Of the position, m².
-  Vec3d direction;           ///< Of a distant light, unit.
+  Vec3d position;           ///< Unless distant.
+  Symmetric3 covariance{};  ///< Of the position, m².
+  Vec3d direction;          ///< Of a distant light, unit.
   double direction_sigma_rad = 0;
   /// Of a distant light: its direction turns by this much per metre, rad/m, one standard deviation.
   double parallax_sigma = 0;

@@ -33,10 +33,10 @@ Result<std::shared_ptr<const Proxy>> Proxy::make(const FieldGeometry& geometry) 
   std::shared_ptr<Proxy> out(new Proxy);
   if (out->scene_->scene == nullptr) return Status(StatusCode::internal, "Embree cannot create a scene");
   RTCGeometry mesh = rtcNewGeometry(out->scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  void* const vertices = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                 3 * sizeof(float), geometry.vertices.size());
-  void* const indices = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                3 * sizeof(std::uint32_t), triangles);
+  void* const vertices = rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+                                                 geometry.vertices.size());
+  void* const indices =
+      rtcSetNewGeometryBuffer(mesh, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles);
   if (vertices == nullptr || indices == nullptr) {
     rtcReleaseGeometry(mesh);
     return Status(StatusCode::resource_exhausted, "no memory for the proxy geometry");

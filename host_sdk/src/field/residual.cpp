@@ -22,7 +22,7 @@ constexpr std::size_t kAll = sh_count(kMaxBand), kCompared = sh_count(4);
 struct ChangePrior {
   double share, pairs;
 };
-constexpr ChangePrior kPrior{0.5, 2}, kPriorWithSurround{0.3, 8};
+constexpr ChangePrior kPrior{0.8, 2}, kPriorWithSurround{0.3, 8};
 // Close probes may differ by this many standard deviations.
 constexpr double kContradiction = 3, kClose_m = 1;
 
@@ -87,8 +87,7 @@ void add_scaled(RadianceSh& out, const RadianceSh& sh, float factor) {
 std::array<double, kCompared> irradiance_harmonics(const FieldNode& node) {
   std::array<double, kCompared> out{};
   const auto count = std::min(kCompared, static_cast<std::size_t>(node.residual_irradiance.count()));
-  for (std::size_t i = 0; i < count; ++i)
-    out[i] = static_cast<double>(node.residual_irradiance.c[i].luminance());
+  for (std::size_t i = 0; i < count; ++i) out[i] = static_cast<double>(node.residual_irradiance.c[i].luminance());
   std::array<float, kCompared> basis;
   for (const Light& light : node.own_lights) {
     sh_basis(4, normalized(light.direction), basis);
@@ -185,8 +184,9 @@ double estimate_variogram(const FieldOptions& options, bool surround, std::span<
     mean += node.rest_square / static_cast<double>(nodes.size());
     total.push_back(node.rest_square);
     for (std::size_t l = 0; l < lights.size(); ++l)
-      total.back() += square(static_cast<double>(node.visibility[l]) *
-                             luminance_of(seen_at(lights[l], node.position).irradiance)) / 6;
+      total.back() +=
+          square(static_cast<double>(node.visibility[l]) * luminance_of(seen_at(lights[l], node.position).irradiance)) /
+          6;
   }
   const double typical = variogram_shape(options.typical_distance_m);
   const ChangePrior& prior = surround ? kPriorWithSurround : kPrior;

@@ -16,8 +16,8 @@ namespace lightwell::field {
 namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-constexpr double kConfidence = 2;        // Standard deviations of the bound, 95 %.
-constexpr double kLargestBound = 1;      // Beyond, a bound says nothing.
+constexpr double kConfidence = 2;    // Standard deviations of the bound, 95 %.
+constexpr double kLargestBound = 1;  // Beyond, a bound says nothing.
 constexpr double kSmallestDistance_m = 0.05;
 constexpr double kOccluderMargin_m = 0.03;
 constexpr double kContributes = 0.1;     // Weight from which a probe's age, flags and contradictions count.
@@ -112,8 +112,7 @@ class Query {
 
   [[nodiscard]] double bound(const Moments& moments) const {
     double own = 0;
-    for (std::size_t k = 0; k < weights_.count; ++k)
-      own += weights_.weight[k] * static_cast<double>(node(k).bound);
+    for (std::size_t k = 0; k < weights_.count; ++k) own += weights_.weight[k] * static_cast<double>(node(k).bound);
     const double square = moments.mean_square();
     if (!(square > 0) || flags.has(FieldFlag::contradiction) || flags.has(FieldFlag::at_light)) return kInfinite;
     const double out = own + kConfidence * std::sqrt((moments.variance + residual_variance()) / square);
@@ -165,8 +164,8 @@ class Query {
     here.light.irradiance = here.light.irradiance * static_cast<float>(seen);
     const auto variance = static_cast<float>(turn2);
     here.light.direction_covariance = {variance, 0, variance};
-    here.variance = free * free * kCosineSquare * (seen * seen * (std::min(spread2, 1.0) + 2 * std::min(turn2, 1.0)) +
-                                                   doubt);
+    here.variance =
+        free * free * kCosineSquare * (seen * seen * (std::min(spread2, 1.0) + 2 * std::min(turn2, 1.0)) + doubt);
     sink(here);
   }
 

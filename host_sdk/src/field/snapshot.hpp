@@ -35,13 +35,13 @@ struct SharedLight {
 /// A probe that takes part.
 struct FieldNode {
   Vec3d position;
-  RadianceSh residual;              ///< Without shared and own lights; minus Surround::seen_from(position), if any.
+  RadianceSh residual;  ///< Without shared and own lights; minus Surround::seen_from(position), if any.
   IrradianceSh residual_irradiance;
-  std::vector<Light> own_lights;    ///< Matched with none, world axes, common scale.
-  double own_square = 0;            ///< Mean square over normals of the irradiance of these (luminance).
-  double rest_square = 0;           ///< The same of residual and own lights, with the surroundings.
-  std::vector<float> visibility;    ///< Of each shared light, 0 to 1.
-  float bound = 0;                  ///< Of its descriptor.
+  std::vector<Light> own_lights;  ///< Matched with none, world axes, common scale.
+  double own_square = 0;          ///< Mean square over normals of the irradiance of these (luminance).
+  double rest_square = 0;         ///< The same of residual and own lights, with the surroundings.
+  std::vector<float> visibility;  ///< Of each shared light, 0 to 1.
+  float bound = 0;                ///< Of its descriptor.
   Flags flags;
   Setting setting = Setting::balanced;
   HostTime mid_exposure;
@@ -64,7 +64,8 @@ struct FieldSnapshot {
   FieldOptions options;
   std::vector<SharedLight> lights;
   std::vector<FieldNode> nodes;
-  /// Mean squared difference of irradiance (luminance) of two places h apart: variogram h^1.5 (twice the semivariogram).
+  /// Mean squared difference of irradiance (luminance) of two places h apart: variogram h^1.5 (twice the
+  /// semivariogram).
   double variogram = 0;
   std::shared_ptr<const Surround> surround;
 

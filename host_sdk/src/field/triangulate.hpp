@@ -28,7 +28,8 @@ struct Triangulation {
 };
 
 /// Minimises the squared distances of the point to the rays over their variances (sigma_rad times the distance)², and
-/// to measured distances. nullopt where the rays do not determine a point in front of all origins, 0.15 m away at least.
+/// to measured distances. nullopt where the rays do not determine a point in front of all origins, 0.15 m away at
+/// least.
 [[nodiscard]] std::optional<Triangulation> triangulate(std::span<const Observation> observations,
                                                        std::span<const std::size_t> chosen);
 

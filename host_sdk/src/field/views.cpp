@@ -53,7 +53,9 @@ std::vector<Observation> observations_of(std::span<const ProbeView> views) {
       const double turn2 = (s[0] * s[0] + s[1] * s[1] + s[2] * s[2]) / 3;
       o.sigma_rad = std::sqrt(static_cast<double>(c[0] + c[2]) / 2 + kDirectionFloor_rad * kDirectionFloor_rad +
                               centroid * centroid + turn2);
-      const auto channel = [&](float value) { return std::log(std::max(static_cast<double>(value), 1e-3 * luminance)); };
+      const auto channel = [&](float value) {
+        return std::log(std::max(static_cast<double>(value), 1e-3 * luminance));
+      };
       const double g = channel(light.irradiance.g);
       o.chroma = {channel(light.irradiance.r) - g, channel(light.irradiance.b) - g};
       o.radius_rad = rho;

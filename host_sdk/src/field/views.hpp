@@ -16,8 +16,8 @@ namespace lightwell::field {
 
 /// A sample in the world's axes.
 struct ProbeView {
-  Vec3d origin;          ///< Where the light holds, m.
-  RadianceSh radiance;   ///< Without the lights. Times `scale` it has the common scale; so have the lights.
+  Vec3d origin;         ///< Where the light holds, m.
+  RadianceSh radiance;  ///< Without the lights. Times `scale` it has the common scale; so have the lights.
   std::vector<Light> lights;
   std::array<double, 6> pose_sigma{};  ///< Standard deviations: rotation about x, y, z (rad), translation (m).
   /// Samples with the same number share their calibration's unknown factor.
@@ -32,9 +32,9 @@ struct ProbeView {
 /// A light of a view.
 struct Observation {
   std::size_t view = 0, light = 0;
-  Vec3d origin, direction;        ///< Direction: unit, TOWARDS the light.
-  double sigma_rad = 0;           ///< Of the direction in each tangent, with the rotation of the pose.
-  double luminance = 0;           ///< Of the irradiance, common scale.
+  Vec3d origin, direction;         ///< Direction: unit, TOWARDS the light.
+  double sigma_rad = 0;            ///< Of the direction in each tangent, with the rotation of the pose.
+  double luminance = 0;            ///< Of the irradiance, common scale.
   std::array<double, 2> chroma{};  ///< log(r/g), log(b/g).
   double radius_rad = 0;
   double distance_m = 0, distance_sigma_m = 0;  ///< 0: not measured.

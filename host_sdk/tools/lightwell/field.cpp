@@ -101,7 +101,8 @@ int run_field(const Options& options) {
   const double end = options.seconds > 0 ? options.seconds : std::numeric_limits<double>::infinity();
   bool any_light = false;
   for (double next = 1; interrupted == 0; next += 1) {
-    while (interrupted == 0 && seconds() < std::min(next, end)) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    while (interrupted == 0 && seconds() < std::min(next, end))
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const std::vector<FieldProbes::Absent> absent = probes.feed(field);
     const auto state = field.update({monotonic_now_ns()});
     any_light = any_light || !state->probes.empty();

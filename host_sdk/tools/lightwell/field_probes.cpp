@@ -22,7 +22,8 @@ std::string broker_of(const std::string& uri) { return uri.substr(0, uri.find("/
 bool fits(const std::string& uri, const std::string& pattern) {
   std::size_t a = 0, b = 0;
   while (a <= uri.size() && b <= pattern.size()) {
-    const std::size_t a_end = std::min(uri.find('/', a), uri.size()), b_end = std::min(pattern.find('/', b), pattern.size());
+    const std::size_t a_end = std::min(uri.find('/', a), uri.size()),
+                      b_end = std::min(pattern.find('/', b), pattern.size());
     const std::string level = pattern.substr(b, b_end - b);
     if (level != "+" && level != uri.substr(a, a_end - a)) return false;
     a = a_end + 1;
@@ -74,7 +75,7 @@ void FieldProbes::connect(const std::string& uri) {
   const std::lock_guard lock(mutex_);
   Connection& connection = connections_[uri];
   if (probe.ok())
-    connection.probe.emplace(std::move(*probe));
+    connection.probe = std::make_unique<Probe>(std::move(*probe));
   else
     connection.error = probe.status().message();
 }
@@ -115,14 +116,17 @@ void FieldProbes::search(std::vector<std::string> uris) {
       for (std::thread& thread : connecting) thread.join();
       // A broker that cannot be searched at this moment says nothing of who has left.
       if (!found->problems.empty()) continue;
-      std::vector<Connection> closing;
+      std::vector<Connection> closing;  // After the lock.
       const std::lock_guard lock(mutex_);
-      std::erase_if(connections_, [&](auto& entry) {
-        if (!fits(entry.first, pattern) || present.contains(entry.first)) return false;
-        left_.push_back(entry.first);
-        closing.push_back(std::move(entry.second));
-        return true;
-      });
+      for (auto it = connections_.begin(); it != connections_.end();) {
+        if (!fits(it->first, pattern) || present.contains(it->first)) {
+          ++it;
+          continue;
+        }
+        left_.push_back(it->first);
+        closing.push_back(std::move(it->second));
+        it = connections_.erase(it);
+      }
     }
   } while (pause());
 }

@@ -3,8 +3,8 @@
 
 #include <condition_variable>
 #include <map>
+#include <memory>
 #include <mutex>
-#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -32,7 +32,7 @@ class FieldProbes {
 
  private:
   struct Connection {
-    std::optional<Probe> probe;
+    std::unique_ptr<Probe> probe;  ///< Null before it answers.
     std::string error;
     bool in_field = false;
   };

@@ -74,12 +74,15 @@ inline FieldSample sample_at(Vec3d place, const Descriptor& light, Quat turn = {
 }
 
 /// Four places around the middle of a room of 4 m.
-inline std::vector<Vec3d> four_places() { return {{-1.5, 1.2, -1.4}, {1.6, 1.0, -1.2}, {1.4, 1.4, 1.5}, {-1.3, 1.1, 1.6}}; }
+inline std::vector<Vec3d> four_places() {
+  return {{-1.5, 1.2, -1.4}, {1.6, 1.0, -1.2}, {1.4, 1.4, 1.5}, {-1.3, 1.1, 1.6}};
+}
 
 inline std::string name_of(std::size_t k) { return "probe " + std::to_string(k); }
 
 /// A field of probes that see the whole scene; each is turned another way.
-inline LightField field_of(const FieldScene& scene, const std::vector<Vec3d>& places, const FieldOptions& options = {}) {
+inline LightField field_of(const FieldScene& scene, const std::vector<Vec3d>& places,
+                           const FieldOptions& options = {}) {
   LightField out = std::move(LightField::make(options).value());
   for (std::size_t k = 0; k < places.size(); ++k) {
     const Quat turn = Quat::about({0, 1, 0}, 0.7 * static_cast<double>(k));

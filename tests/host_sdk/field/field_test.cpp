@@ -153,7 +153,8 @@ TEST(LightFieldTest, ALampHiddenFromAProbeIsPlacedByTheOthersAndIsDoubtfulBetwee
               FieldScene{.lamps = {second}}.irradiance(places[3], {0, 1, 0}).g, 0.01);
   const FieldAnswer between = field.at({0, 1.1, 0.4}, {});
   EXPECT_TRUE(between.flags.has(FieldFlag::occlusion_unknown));
-  EXPECT_GT(between.light.descriptor().bound.total, 2 * bound_at(field_of({.lamps = {kLamp, second}}, places), {0, 1.1, 0.4}));
+  EXPECT_GT(between.light.descriptor().bound.total,
+            2 * bound_at(field_of({.lamps = {kLamp, second}}, places), {0, 1.1, 0.4}));
 }
 
 TEST(LightFieldTest, ALightBehindTheReceiverDoesNotReachIt) {
