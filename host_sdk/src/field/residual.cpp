@@ -22,7 +22,7 @@ constexpr std::size_t kAll = sh_count(kMaxBand), kCompared = sh_count(4);
 struct ChangePrior {
   double share, pairs;
 };
-constexpr ChangePrior kPrior{0.8, 2}, kPriorWithSurround{0.3, 8};
+constexpr ChangePrior kPrior{0.7, 2}, kPriorWithSurround{0.3, 8};
 // Close probes may differ by this many standard deviations.
 constexpr double kContradiction = 3, kClose_m = 1;
 
