@@ -21,31 +21,42 @@ constexpr std::array kShapes = {ShapePrior{1.5, 0.02}, ShapePrior{1.5, 0.1}, Sha
 
 Eigen::Vector4d features(Vec3d w) { return {1, w.x, w.y, w.z}; }
 
-/// The shape with the largest evidence of the observations (MacKay 1992, "Bayesian Interpolation"): a gradient that they
-/// do not need is shrunk.
-const ShapePrior& likely_shape(std::span<const IntensityObservation> observations, double scale) {
-  const auto n = static_cast<Eigen::Index>(observations.size());
-  const auto at = [&](Eigen::Index i) -> const IntensityObservation& {
-    return observations[static_cast<std::size_t>(i)];
-  };
-  const ShapePrior* best = kShapes.data();
-  double largest = 0;
-  for (const ShapePrior& shape : kShapes) {
-    Eigen::MatrixXd covariance(n, n);
-    Eigen::VectorXd y(n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      y(i) = luminance_of(at(i).intensity) / scale;
-      for (Eigen::Index j = 0; j < n; ++j)
-        covariance(i, j) =
-            shape.mean * shape.mean + shape.gradient * shape.gradient * dot(at(i).from_light, at(j).from_light);
-      covariance(i, i) += std::max(at(i).relative_sigma * at(i).relative_sigma, 1e-6);
-    }
-    const Eigen::LDLT<Eigen::MatrixXd> factor(covariance);
-    const double evidence = -y.dot(factor.solve(y)) / 2 - factor.vectorD().array().max(1e-12).log().sum() / 2;
-    // Where they are equal, as of one observation, a ball.
-    if (&shape == kShapes.data() || evidence > largest + 1e-3) largest = evidence, best = &shape;
+/// Regression under one prior, of (mean, gradient) relative to the scale.
+struct Posterior {
+  Eigen::Matrix<double, 4, 3> color;
+  Eigen::Vector4d luminance;
+  Eigen::Matrix4d covariance;
+  double log_evidence = 0;  ///< Of the observations, up to a constant (MacKay 1992, "Bayesian Interpolation").
+};
+
+Posterior regress(std::span<const IntensityObservation> observations, double scale, const ShapePrior& shape) {
+  Posterior out;
+  const Eigen::Vector4d sigma{shape.mean, shape.gradient, shape.gradient, shape.gradient};
+  Eigen::Matrix4d information = sigma.cwiseProduct(sigma).cwiseInverse().asDiagonal();
+  Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
+  Eigen::Vector4d right_luminance = Eigen::Vector4d::Zero();
+  double square = 0;
+  for (const IntensityObservation& o : observations) {
+    const Eigen::Vector4d f = features(o.from_light);
+    const double w = 1 / std::max(o.relative_sigma * o.relative_sigma, 1e-6), y = luminance_of(o.intensity) / scale;
+    information += w * f * f.transpose();
+    right += w * f * Eigen::RowVector3d(o.intensity.r, o.intensity.g, o.intensity.b) / scale;
+    right_luminance += w * f * y;
+    square += w * y * y;
   }
-  return *best;
+  out.covariance = information.inverse();
+  out.color = out.covariance * right;
+  out.luminance = out.covariance * right_luminance;
+  out.log_evidence = (std::log(out.covariance.determinant()) - 2 * sigma.array().log().sum() - square +
+                      right_luminance.dot(out.luminance)) /
+                     2;
+  double misfit = 0;
+  for (const IntensityObservation& o : observations) {
+    const double r = luminance_of(o.intensity) / scale - features(o.from_light).dot(out.luminance);
+    misfit += r * r / std::max(o.relative_sigma * o.relative_sigma, 1e-6);
+  }
+  out.covariance *= std::max(1.0, misfit / static_cast<double>(observations.size()));
+  return out;
 }
 
 }  // namespace
@@ -70,38 +81,31 @@ IntensityModel fit_intensity(std::span<const IntensityObservation> observations)
   for (const IntensityObservation& o : observations)
     out.scale += luminance_of(o.intensity) / static_cast<double>(observations.size());
   if (!(out.scale > 0)) return out;
-  Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
-  const ShapePrior& shape = likely_shape(observations, out.scale);
-  const double prior = 1 / (shape.gradient * shape.gradient);
-  information.diagonal() << 1 / (shape.mean * shape.mean), prior, prior, prior;
-  Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
-  Eigen::Vector4d right_luminance = Eigen::Vector4d::Zero();
-  for (const IntensityObservation& o : observations) {
-    const Eigen::Vector4d f = features(o.from_light);
-    const double w = 1 / std::max(o.relative_sigma * o.relative_sigma, 1e-6);
-    information += w * f * f.transpose();
-    const Irradiance& e = o.intensity;
-    right += w * f * Eigen::RowVector3d(e.r, e.g, e.b) / out.scale;
-    right_luminance += w * f * luminance_of(e) / out.scale;
+  std::array<Posterior, kShapes.size()> all;
+  std::size_t best = 0;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    all[k] = regress(observations, out.scale, kShapes[k]);
+    // Where they are equal, as of one observation, a ball.
+    if (all[k].log_evidence > all[best].log_evidence + 1e-3) best = k;
   }
-  const Eigen::Matrix4d covariance = information.inverse();
-  const Eigen::Matrix<double, 4, 3> solved = covariance * right;
-  const Eigen::Vector4d luminance = covariance * right_luminance;
-  double misfit = 0;
-  for (const IntensityObservation& o : observations) {
-    const double r = luminance_of(o.intensity) / out.scale - features(o.from_light).dot(luminance);
-    misfit += r * r / (o.relative_sigma * o.relative_sigma);
+  // The covariance is that about the best, over all shapes that explain the observations.
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  double weights = 0;
+  for (const Posterior& p : all) {
+    const double w = std::exp(p.log_evidence - all[best].log_evidence);
+    const Eigen::Vector4d difference = p.luminance - all[best].luminance;
+    covariance += w * (p.covariance + difference * difference.transpose());
+    weights += w;
   }
-  const double inflation = std::max(1.0, misfit / static_cast<double>(observations.size()));
+  covariance /= weights;
   const auto color = [&](Eigen::Index row) {
-    return Irradiance{static_cast<float>(solved(row, 0) * out.scale), static_cast<float>(solved(row, 1) * out.scale),
-                      static_cast<float>(solved(row, 2) * out.scale)};
+    const auto channel = [&](Eigen::Index c) { return static_cast<float>(all[best].color(row, c) * out.scale); };
+    return Irradiance{channel(0), channel(1), channel(2)};
   };
   out.mean = color(0);
   for (std::size_t i = 0; i < 3; ++i) out.gradient[i] = color(static_cast<Eigen::Index>(i) + 1);
   for (Eigen::Index r = 0; r < 4; ++r)
-    for (Eigen::Index k = 0; k < 4; ++k)
-      out.covariance[static_cast<std::size_t>(4 * r + k)] = inflation * covariance(r, k);
+    for (Eigen::Index k = 0; k < 4; ++k) out.covariance[static_cast<std::size_t>(4 * r + k)] = covariance(r, k);
   return out;
 }
 
