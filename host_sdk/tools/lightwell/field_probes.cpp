@@ -114,8 +114,9 @@ void FieldProbes::search(std::vector<std::string> uris) {
         connecting.clear();
       }
       for (std::thread& thread : connecting) thread.join();
-      // A broker that cannot be searched at this moment says nothing of who has left.
-      if (!found->problems.empty()) continue;
+      // A broker that cannot be searched at this moment says nothing of who has left; one that can still holds the
+      // statuses of those that have.
+      if (std::ranges::count(found->probes, FoundBy::mqtt, &FoundProbe::by) == 0) continue;
       std::vector<Connection> closing;  // After the lock.
       const std::lock_guard lock(mutex_);
       for (auto it = connections_.begin(); it != connections_.end();) {
