@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -129,7 +130,7 @@ void measure_points(const FieldRoom& room, const std::vector<FieldSample>& sampl
   measure::print_line(single);
 }
 
-void measure_lamps(const FieldRoom& room, const LightField& field) {
+void measure_lamps(const FieldRoom& room, const LightField& field, const std::string& method) {
   const auto state = field.state();
   for (std::size_t k = 0; k < room.lamps.size(); ++k) {
     double nearest = std::numeric_limits<double>::infinity(), off = nearest;
@@ -141,6 +142,7 @@ void measure_lamps(const FieldRoom& room, const LightField& field) {
       sigma = std::sqrt(light.position_covariance[0] + light.position_covariance[3] + light.position_covariance[5]);
     }
     measure::print_line({{"room", room.name},
+                         {"lamps", method},
                          {"lamp", k},
                          {"window", k + 1 == room.lamps.size()},
                          {"off_m", off},
@@ -196,6 +198,54 @@ LightField field_of(const std::vector<FieldSample>& samples) {
   return field;
 }
 
+/// The same samples with poses that are off by what their covariances say: 0.5 degrees and 10 mm, from a fixed seed.
+std::vector<FieldSample> with_pose_errors(std::vector<FieldSample> samples) {
+  constexpr double kRotationSigma = 0.5 / kDegrees, kTranslationSigma = 0.01;
+  std::mt19937 random(23);
+  std::normal_distribution<double> normal;
+  const auto draw = [&](double sigma) { return Vec3d{normal(random), normal(random), normal(random)} * sigma; };
+  for (FieldSample& sample : samples) {
+    Pose& pose = sample.T_world_probe.pose;
+    const Vec3d turn = draw(kRotationSigma);
+    pose.rotation = Quat::about(normalized(turn), length(turn)) * pose.rotation;
+    pose.translation += draw(kTranslationSigma);
+    for (std::size_t i = 0; i < 6; ++i) {
+      const double sigma = i < 3 ? kRotationSigma : kTranslationSigma;
+      sample.T_world_probe.covariance[i][i] = sigma * sigma;
+    }
+  }
+  return samples;
+}
+
+/// The same samples in relative units with a factor of each probe: 1/4, 1/2, 1, 2, ...
+std::vector<FieldSample> with_unknown_scales(std::vector<FieldSample> samples) {
+  float factor = 0.25F;
+  for (std::size_t k = 0; k < samples.size(); ++k, factor *= 2) {
+    Descriptor& d = samples[k].light;
+    d.units = Units::relative;
+    d.calibration_id = static_cast<std::uint32_t>(k + 1);
+    for (auto& c : d.radiance.c) c = c * factor;
+    for (Light& light : d.lights) light.irradiance = light.irradiance * factor;
+  }
+  return samples;
+}
+
+/// Largest error of the factors between the probes that with_unknown_scales() scaled, relative.
+void measure_scales(const FieldRoom& room, const std::vector<FieldSample>& samples) {
+  const LightField field = field_of(with_unknown_scales(samples));
+  double low = std::numeric_limits<double>::infinity(), high = 0, factor = 0.25;
+  int used = 0;
+  for (const FieldProbe& probe : field.state()->probes) {
+    const double error = probe.scale * factor;
+    factor *= 2;
+    if (probe.state == FieldProbeState::wrong_scale) continue;
+    ++used;
+    low = std::min(low, error);
+    high = std::max(high, error);
+  }
+  measure::print_line({{"room", room.name}, {"scales_used", used}, {"scale_error", high / low - 1}});
+}
+
 void describe(const FieldRoom& room, const LightField& field, const std::vector<FieldSample>& samples) {
   const auto state = field.state();
   for (const FieldProbe& p : state->probes)
@@ -235,15 +285,22 @@ void measure_room(const std::string& folder, const std::string& name, bool each_
   const std::vector<FieldSample> samples = measure::samples_of(room, require(measure::probe_descriptors(room)));
   LightField field = field_of(samples);
   if (verbose) describe(room, field, samples);
-  measure_lamps(room, field);
+  measure_lamps(room, field, "field");
   measure_points(room, samples, field, "field", each_point);
   measure_speed(room, field, samples, "field", copy);
+  measure_scales(room, samples);
+  const std::vector<FieldSample> off = with_pose_errors(samples);
+  LightField off_field = field_of(off);
+  measure_lamps(room, off_field, "poses with errors");
   if (!field_has_geometry()) return;
   const measure::RoomGeometry geometry = measure::geometry_of(room);
   require(field.set_geometry({geometry.vertices, geometry.indices}));
   (void)field.update({});
   measure_points(room, samples, field, "field with geometry", each_point);
   measure_speed(room, field, samples, "field with geometry", copy);
+  require(off_field.set_geometry({geometry.vertices, geometry.indices}));
+  (void)off_field.update({});
+  measure_points(room, off, off_field, "poses with errors, geometry", each_point);
 }
 
 }  // namespace

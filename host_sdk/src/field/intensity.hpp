@@ -31,8 +31,8 @@ struct IntensityModel {
 };
 
 /// Bayesian linear regression with several Gaussian priors, from a ball to a flat emitter. The model is that of the
-/// largest evidence, so that few observations that agree give a ball; its covariance is averaged over all priors by their
-/// evidence, with the observations' variance raised to their misfit. At least one observation.
+/// largest evidence, so that few observations that agree give a ball; its covariance is averaged over all priors by
+/// their evidence, with the observations' variance raised to their misfit. At least one observation.
 [[nodiscard]] IntensityModel fit_intensity(std::span<const IntensityObservation> observations);
 
 /// The same for a light whose intensity does not depend on direction, or is not known to.

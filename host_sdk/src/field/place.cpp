@@ -10,8 +10,8 @@
 namespace lightwell::field {
 namespace {
 
-constexpr double kOutlier = 25;          // Squared Mahalanobis distance of a direction.
-constexpr double kInverseDistance = 10;  // Standard deviation of the prior on the inverse distance, 1/m.
+constexpr double kOutlierThreshold = 25;  // Squared Mahalanobis distance of a direction.
+constexpr double kInverseDistance = 10;   // Standard deviation of the prior on the inverse distance, 1/m.
 
 /// Residual of a direction in its two tangents. light: offsets along u and v of the reference direction, inverse
 /// distance from the anchor. pose: correction of the view, rotation (rad) and translation (m).
@@ -161,7 +161,7 @@ class Bundle {
       };
       // The worst one alone: it bends the others towards itself.
       const auto worst = std::ranges::max_element(light.members, {}, misfit);
-      if (light.members.size() < 2 || misfit(*worst) <= kOutlier) continue;
+      if (light.members.size() < 2 || misfit(*worst) <= kOutlierThreshold) continue;
       light.members.erase(worst);
       removed = true;
     }

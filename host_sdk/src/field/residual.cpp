@@ -24,19 +24,19 @@ struct ChangePrior {
 };
 constexpr ChangePrior kPrior{0.7, 2}, kPriorWithSurround{0.3, 8};
 // Close probes may differ by this many standard deviations.
-constexpr double kContradiction = 3, kClose_m = 1;
+constexpr double kMaxDeviation = 3, kClose_m = 1;
 
 double square(double x) { return x * x; }
 
 /// Of a shared light at a point: towards it, its distance (0: distant), irradiance at normal incidence and radius.
-struct Seen {
+struct LightAtPoint {
   Vec3d direction;
   double distance_m = 0;
   Irradiance irradiance;
   double radius_rad = 0;
 };
 
-Seen seen_at(const SharedLight& light, Vec3d point) {
+LightAtPoint light_at(const SharedLight& light, Vec3d point) {
   if (light.distant) return {light.direction, 0, light.intensity.mean, light.radius};
   const Vec3d to = light.position - point;
   const double distance = std::max(length(to), 1e-3);
@@ -45,13 +45,13 @@ Seen seen_at(const SharedLight& light, Vec3d point) {
           std::asin(std::min(light.radius / distance, 1.0))};
 }
 
-bool hidden(const Proxy& proxy, Vec3d point, const Seen& seen) {
+bool hidden(const Proxy& proxy, Vec3d point, const LightAtPoint& seen) {
   const double reach = seen.distance_m > 0 ? seen.distance_m : kFar_m;
   return proxy.occluded(point, point + seen.direction * reach, std::max(kMargin_m, 0.02 * seen.distance_m));
 }
 
 /// Harmonics of the light as a cap.
-RadianceSh cap_harmonics(const Seen& seen, int band) {
+RadianceSh cap_harmonics(const LightAtPoint& seen, int band) {
   RadianceSh out;
   out.band = band;
   std::array<float, kAll> basis;
@@ -121,7 +121,7 @@ void split_residuals(std::span<const ProbeView> views, std::span<const Observati
       const Observation& o = observations[m];
       matched[o.view][o.light] = true;
       listed[o.view][l] = true;
-      if (proxy != nullptr && hidden(*proxy, o.origin, seen_at(lights[l], o.origin))) ++contradicted;
+      if (proxy != nullptr && hidden(*proxy, o.origin, light_at(lights[l], o.origin))) ++contradicted;
     }
     lights[l].occluded_by_geometry = proxy != nullptr && 2 * contradicted < members[l].size();
   }
@@ -144,7 +144,7 @@ void split_residuals(std::span<const ProbeView> views, std::span<const Observati
     node.visibility.assign(lights.size(), 1);
     for (std::size_t l = 0; l < lights.size(); ++l) {
       if (listed[v][l]) continue;
-      const Seen seen = seen_at(lights[l], node.position);
+      const LightAtPoint seen = light_at(lights[l], node.position);
       const double expected = luminance_of(seen.irradiance);
       const bool in_harmonics = lights[l].occluded_by_geometry ? !hidden(*proxy, node.position, seen)
                                                                : !(weakest > 0 && expected > 1.5 * weakest);
@@ -184,9 +184,9 @@ double estimate_variogram(const FieldOptions& options, bool surround, std::span<
     mean += node.rest_square / static_cast<double>(nodes.size());
     total.push_back(node.rest_square);
     for (std::size_t l = 0; l < lights.size(); ++l)
-      total.back() +=
-          square(static_cast<double>(node.visibility[l]) * luminance_of(seen_at(lights[l], node.position).irradiance)) /
-          6;
+      total.back() += square(static_cast<double>(node.visibility[l]) *
+                             luminance_of(light_at(lights[l], node.position).irradiance)) /
+                      6;
   }
   const double typical = variogram_shape(options.typical_distance_m);
   const ChangePrior& prior = surround ? kPriorWithSurround : kPrior;
@@ -201,7 +201,7 @@ double estimate_variogram(const FieldOptions& options, bool surround, std::span<
       const double level = std::max(total[i], total[k]);
       const double bound = static_cast<double>(std::min(nodes[i].bound, 1.0F) + std::min(nodes[k].bound, 1.0F)) + 0.1;
       const double expected = level * (square(kPrior.share) * variogram_shape(h) / typical + square(bound));
-      if (difference > square(kContradiction) * expected) nodes[i].contradicted = nodes[k].contradicted = true;
+      if (difference > square(kMaxDeviation) * expected) nodes[i].contradicted = nodes[k].contradicted = true;
     }
   return sum / pairs;
 }

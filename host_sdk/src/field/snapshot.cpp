@@ -155,17 +155,17 @@ class Query {
       here.light.distance_sigma_m = static_cast<float>(std::sqrt(along2) + 1e-4);
       if (distance <= 0) here.light.distance_m = here.light.distance_sigma_m = 0;
     }
-    double doubt = 0;
-    const double seen = visibility(l, direction, distance, doubt);
+    double part_variance = 0;
+    const double seen = visibility(l, direction, distance, part_variance);
     const double free = luminance_of(here.light.irradiance);
-    if (!(free > 0) || (seen < 1e-3 && doubt < 1e-6)) return;
+    if (!(free > 0) || (seen < 1e-3 && part_variance < 1e-6)) return;
     here.light.direction = vec_cast<float>(direction);
     here.light.track = s.id;
     here.light.irradiance = here.light.irradiance * static_cast<float>(seen);
     const auto variance = static_cast<float>(turn2);
     here.light.direction_covariance = {variance, 0, variance};
-    here.variance =
-        free * free * kCosineSquare * (seen * seen * (std::min(spread2, 1.0) + 2 * std::min(turn2, 1.0)) + doubt);
+    here.variance = free * free * kCosineSquare *
+                    (seen * seen * (std::min(spread2, 1.0) + 2 * std::min(turn2, 1.0)) + part_variance);
     sink(here);
   }
 
@@ -176,18 +176,18 @@ class Query {
   }
 
   /// The visible part of a shared light, and the variance of that.
-  double visibility(std::size_t l, Vec3d direction, double distance, double& doubt) {
+  double visibility(std::size_t l, Vec3d direction, double distance, double& part_variance) {
     const SharedLight& s = field_.lights[l];
     if (s.occluded_by_geometry) {
       const double part = by_geometry(s, direction, distance);
-      doubt = part * (1 - part) / 4;
+      part_variance = part * (1 - part) / 4;
       return part;
     }
     double part = 0;
     for (std::size_t k = 0; k < weights_.count; ++k)
       part += weights_.weight[k] * static_cast<double>(node(k).visibility[l]);
-    doubt = std::max(part * (1 - part), 0.0);
-    if (doubt > 0.05) flags.set(FieldFlag::occlusion_unknown);
+    part_variance = std::max(part * (1 - part), 0.0);
+    if (part_variance > 0.05) flags.set(FieldFlag::occlusion_unknown);
     return part;
   }
 

@@ -33,8 +33,8 @@ struct Options {
   std::string broker, ca_file, login_file;
   std::vector<std::string> uris;  ///< field.
   std::string gltf;               ///< field: file to write; empty: none.
-  std::string code;         ///< pair; empty: read from stdin.
-  std::string name, store;  ///< pair; empty: the SDK's defaults.
+  std::string code;               ///< pair; empty: read from stdin.
+  std::string name, store;        ///< pair; empty: the SDK's defaults.
 };
 
 /// Each returns the exit code.

@@ -138,7 +138,7 @@ TEST(LightFieldTest, EqualLampsInAPlaneWithTwoProbesAreNotPlacedWrongly) {
   EXPECT_NE(light_near(*third.state(), scene.lamps[1].position, 0.01), nullptr);
 }
 
-TEST(LightFieldTest, ALampHiddenFromAProbeIsPlacedByTheOthersAndIsDoubtfulBetween) {
+TEST(LightFieldTest, ALampHiddenFromAProbeIsPlacedByTheOthersAndIsUncertainBetween) {
   const auto places = four_places();
   const Lamp second{{-0.5, 2.0, 0.8}, {2, 2, 3}};
   LightField field = std::move(LightField::make().value());

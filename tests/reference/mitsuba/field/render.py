@@ -5,8 +5,8 @@ Lightwell.
     render.py [NAME...] [--out FOLDER]    writes NAME_0.exr ... NAME_3.exr and NAME.json
     render.py --check                     a ball and a panel on black against closed forms
 
-A panorama is that of tests/reference/panorama.hpp in the probe's axes: the centre is -Z, to the right is +X, the top row
-is +Y. Irradiance is not divided by pi.
+A panorama is that of tests/reference/panorama.hpp in the probe's axes: the centre is -Z, to the right is +X, the top
+row is +Y. Irradiance is not divided by pi.
 """
 
 import argparse
@@ -131,7 +131,7 @@ def rounded(picture):
 
 
 def indirect(scene, origin, normals, seed):
-    """Irradiance (normals, 3) of all that no emitter sends straight: directions of a jittered lattice over the sphere."""
+    """Irradiance (normals, 3) of all that no emitter sends straight: directions of a jittered lattice."""
     rows = int(math.sqrt(INDIRECT / 2))
     n = 2 * rows * rows
     sampler = mi.load_dict({"type": "independent"})

@@ -1,5 +1,5 @@
-"""Draws the rooms of the light field's oracle: shapes, lamps, probes and points. Standard library alone. Every number is
-a function of the room's name and SEED (SHA-256).
+"""Draws the rooms of the light field's oracle: shapes, lamps, probes and points. Standard library alone. Every number
+is a function of the room's name and SEED (SHA-256).
 
 World: right-handed, metres, +Y up, the floor at y = 0. A box is (center, size); all boxes are parallel to the axes.
 """
