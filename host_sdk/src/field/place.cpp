@@ -61,15 +61,6 @@ struct DistanceResidual {
   }
 };
 
-struct Prior {
-  double sigma;
-  template <class T>
-  bool operator()(const T* value, T* residual) const {
-    residual[0] = value[0] / sigma;
-    return true;
-  }
-};
-
 struct PosePrior {
   std::array<double, 6> sigma;
   template <class T>

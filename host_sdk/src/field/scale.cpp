@@ -11,7 +11,7 @@ namespace {
 constexpr double kRelativePrior = 5, kReferencePrior = 1e-3;
 // Standard deviations of the logarithm of one intensity: of any lamp, where the iteration starts, and of lamps that
 // shine alike in all directions, whose consensus it looks for.
-constexpr double kIntensitySigma = 0.3, kConsensusSigma = 0.03;
+constexpr double kUnevenSigma = 0.3, kConsensusSigma = 0.03;
 // The loss narrows from the former to the latter (graduated non-convexity, Blake & Zisserman 1987).
 constexpr double kNarrowing = 0.85;
 constexpr int kRounds = 40;
@@ -42,7 +42,7 @@ std::vector<ScaleEstimate> estimate_scales(std::span<const ProbeView> views, std
   Eigen::VectorXd solved = Eigen::VectorXd::Zero(unknowns);
   Eigen::MatrixXd covariance;
   for (int round = 0; round < kRounds; ++round) {
-    const double width = std::max(kIntensitySigma * std::pow(kNarrowing, round), kConsensusSigma);
+    const double width = std::max(kUnevenSigma * std::pow(kNarrowing, round), kConsensusSigma);
     Eigen::MatrixXd information = Eigen::MatrixXd::Zero(unknowns, unknowns);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
     for (std::size_t k = 0; k < first.size(); ++k) {
