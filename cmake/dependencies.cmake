@@ -155,6 +155,15 @@ if(LIGHTWELL_BUILD_HOST_SDK)
     find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs videoio calib3d)
   endif()
 
+  # For host_sdk/src/field. Without Ceres the library is left out, without Embree its proxy geometry; the summary reports it.
+  if(NOT "field" IN_LIST LIGHTWELL_WITHOUT)
+    if(NOT LIGHTWELL_BUILD_FIRMWARE)
+      find_package(Eigen3 CONFIG QUIET)
+      find_package(Ceres CONFIG QUIET)
+    endif()
+    find_package(embree 3 CONFIG QUIET)
+  endif()
+
   # For host_sdk/examples/openxr_light and host_sdk/openxr_layer. Without it both are left out; the summary reports it.
   find_package(OpenXR CONFIG QUIET)
 endif()

@@ -1,10 +1,10 @@
-"""Topic light_field: light that varies in space, and objects under it. Parts: objects (image-based objects)."""
-from figure_topics import light_field_objects
-from figure_topics.light_field_objects import measure_objects
+"""Topic light_field: light that varies in space, and objects under it. Parts: rooms (the light field), objects
+(image-based objects)."""
+from figure_topics import light_field_objects, light_field_rooms
 
-MEASURES = {"objects": measure_objects}
+MEASURES = {"rooms": light_field_rooms.measure_rooms, "objects": light_field_objects.measure_objects}
 PARTS = tuple(MEASURES)
-TARGETS = [*light_field_objects.TARGETS]
+TARGETS = [*light_field_rooms.TARGETS, *light_field_objects.TARGETS]
 
 
 def measure(programs, say, only=PARTS):

@@ -31,8 +31,10 @@ struct Options {
   std::vector<std::string> fields;  ///< config set: "name=value".
   double timeout = 2;               ///< discover, s.
   std::string broker, ca_file, login_file;
-  std::string code;         ///< pair; empty: read from stdin.
-  std::string name, store;  ///< pair; empty: the SDK's defaults.
+  std::vector<std::string> uris;  ///< field.
+  std::string gltf;               ///< field: file to write; empty: none.
+  std::string code;               ///< pair; empty: read from stdin.
+  std::string name, store;        ///< pair; empty: the SDK's defaults.
 };
 
 /// Each returns the exit code.
@@ -49,6 +51,7 @@ int run_recording_stop(const Options& options);
 int run_recording_status(const Options& options);
 int run_discover(const Options& options);
 int run_doctor(const Options& options);
+int run_field(const Options& options);
 int run_pair(const Options& options);
 
 /// The probe's own recording in one line, and as JSON with the names of RecordingStatus.

@@ -27,6 +27,7 @@ constexpr const char* kExamples = R"(Examples:
   lightwell recording start grpc://probe.local           a recording on the probe's own disk
   lightwell discover                                     lists the available probes
   lightwell doctor grpcs://probe.local                   checks this machine and the way to the probe
+  lightwell field mqtt://broker/venue/+                  lights in space, from all probes of a venue
   lightwell pair grpcs://probe.local --code 123456       with the code that the probe shows
   lightwell watch grpcs://probe.local                    after pairing
 
@@ -124,6 +125,21 @@ does not apply; the line says why). A check that takes longer than 2 s says so o
 Keys with --json, one object per check: check, verdict, found, remedy.
 Exit codes: 0 no fault (there may be warnings), otherwise of the first fault: 1 no descriptor arrives,
 2 usage, 3 the probe cannot be reached, 4 anything else, also a refused certificate or token.)";
+
+constexpr const char* kFieldHelp =
+    R"(The light between several probes: where the lights are, and what the field makes of each probe. Each
+probe needs its pose in the room (lightwelld --mounting); one without is listed as such.
+  lightwell field grpc://hall.local grpc://stage.local
+  lightwell field mqtt://broker/venue/+ --json
+A + in the topic of a broker stands for one level: its probes are searched every two seconds, so that they
+come and go while it runs. One block per second until Ctrl-C.
+--gltf writes the last state when it ends: placed and distant lights (KHR_lights_punctual; lux and candela
+if units are absolute) and the rest at the middle of the probes (EXT_lights_image_based).
+Keys with --json, an object per second: seconds, units, probes (name, state, reason, position, scale,
+lights, matched, ambiguous) and lights (id, placed, position, sigma_m, direction, sigma_rad, intensity,
+radius, probes). state: used, stale, expired, wrong_clock, wrong_pose, wrong_scale, contradicted,
+no_pose, no_light, unreachable.
+Exit codes: 1 no probe gave light.)";
 
 constexpr const char* kPairHelp =
     R"(On the probe, `lightwelld --pair` shows address and code. Eavesdroppers, and a man in the middle
@@ -241,6 +257,14 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
       add(app, "doctor", "Check this machine, and the way to a probe; says what to do", run_doctor, kDoctorHelp);
   add_optional_uri(doctor);
   add_json(doctor);
+
+#ifdef LIGHTWELL_HAVE_FIELD
+  CLI::App* field = add(app, "field", "Lights in space, from several probes", run_field, kFieldHelp);
+  field->add_option("URI", options.uris, "Probes; mqtt://BROKER/TOPIC/+ stands for all at that level")->required();
+  field->add_option("--gltf", options.gltf, "Also write the last state to this glTF file");
+  add_seconds(field);
+  add_json(field);
+#endif
 
   CLI::App* pair = add(app, "pair", "Pair a probe with this machine", run_pair, kPairHelp);
   pair->add_option("URI", options.uri, "grpcs://HOST:PORT that the probe shows (default port 7421)")->required();
