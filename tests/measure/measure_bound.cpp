@@ -13,10 +13,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include <lightwell/quantile.hpp>
 #include <lightwell/query.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/bound_statistics.hpp"
 #include "measure/output.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
@@ -39,42 +39,11 @@ constexpr std::uint64_t kSwitchFrames = 30;
   std::exit(1);
 }
 
-struct Run {
-  int frames = 0, flagged = 0, held = 0;
-  double worst_error = 0;
-  std::vector<double> errors, ratios;  ///< Of frames that are not flagged: error, and bound divided by error.
-
-  void add(double error, double bound) {
-    ++frames;
-    if (!std::isfinite(bound)) {
-      ++flagged;
-      return;
-    }
-    held += error <= bound ? 1 : 0;
-    worst_error = std::max(worst_error, error);
-    errors.push_back(error);
-    ratios.push_back(error > 0 ? bound / error : 1e9);
-  }
-  void add(const Run& other) {
-    frames += other.frames;
-    flagged += other.flagged;
-    held += other.held;
-    worst_error = std::max(worst_error, other.worst_error);
-    errors.insert(errors.end(), other.errors.begin(), other.errors.end());
-    ratios.insert(ratios.end(), other.ratios.begin(), other.ratios.end());
-  }
-};
-
-void print(const std::string& scene, PixelFormat format, const Run& run) {
-  measure::print_line({{"scene", scene},
-                       {"sensor", to_string(format)},
-                       {"frames", run.frames},
-                       {"flagged", run.flagged},
-                       {"held", run.held},
-                       {"median_error", upper_quantile(std::vector(run.errors), 0.5)},
-                       {"worst_error", run.worst_error},
-                       {"median_ratio", upper_quantile(std::vector(run.ratios), 0.5)},
-                       {"least_ratio", upper_quantile(std::vector(run.ratios), 0)}});
+void print(const std::string& scene, PixelFormat format, const measure::BoundStatistics& run) {
+  nlohmann::json line = run.json();
+  line["scene"] = scene;
+  line["sensor"] = to_string(format);
+  measure::print_line(line);
 }
 
 /// Ground truth of the panorama in this state of its lamps.
@@ -102,12 +71,12 @@ int main(int argc, char** argv) {
     measure::Camera camera;
     std::unique_ptr<Estimator> estimator{};
     std::vector<double> exposures{};
-    Run run{};
+    measure::BoundStatistics run{};
   };
   std::vector<Probe> probes;
   for (const PixelFormat format : kSensors)
     probes.push_back({measure::Camera(*sim::make_rig("pair", 640, 480, format), format)});
-  std::map<PixelFormat, Run> whole;
+  std::map<PixelFormat, measure::BoundStatistics> whole;
   for (const std::string& path : *paths) {
     Result<sim::Panorama> panorama = sim::load_panorama(path);
     if (!panorama) fail(panorama.status());

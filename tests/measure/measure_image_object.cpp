@@ -16,6 +16,7 @@
 #include <lightwell/image_object.hpp>
 #include <lightwell/image_object_encoder.hpp>
 #include <lightwell/object_shadow.hpp>
+#include <lightwell/pixel.hpp>
 #include <lightwell/quantile.hpp>
 
 #include "bench/memcpy_speed.hpp"
@@ -28,8 +29,10 @@
 namespace lightwell {
 namespace {
 
+using measure::codes_of;
 using measure::kBetween;
 using measure::kLights;
+using measure::picture_of;
 using measure::rendered_view;
 using measure::RenderedView;
 using reference::PixelLight;
@@ -42,11 +45,7 @@ constexpr int kSoftViews = 2;
 /// The finest steps: the loss of compression is below that of 8 bits.
 const ObjectEncoderOptions kFinest{0.0005F, 0.0005F, 0.0005F};
 
-double srgb(double linear) {
-  const double x = std::clamp(linear, 0.0, 1.0);
-  return x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-}
-double linear_of(double code) { return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4); }
+double srgb(double linear) { return linear_to_srgb(std::clamp(linear, 0.0, 1.0)); }
 
 struct Psnr {
   double squares = 0;
@@ -61,27 +60,6 @@ struct Psnr {
   }
   [[nodiscard]] double db() const { return -10 * std::log10(squares / static_cast<double>(values)); }
 };
-
-std::vector<std::uint8_t> codes_of(const std::vector<Radiance>& picture) {
-  std::vector<std::uint8_t> out;
-  out.reserve(3 * picture.size());
-  for (const Radiance& p : picture)
-    for (int c = 0; c < 3; ++c)
-      out.push_back(static_cast<std::uint8_t>(std::lround(255 * srgb(static_cast<double>(p[c])))));
-  return out;
-}
-
-std::vector<Radiance> picture_of(std::span<const std::uint8_t> codes) {
-  static const std::array<float, 256> kLinear = [] {
-    std::array<float, 256> table{};
-    for (std::size_t i = 0; i < 256; ++i) table[i] = static_cast<float>(linear_of(static_cast<double>(i) / 255));
-    return table;
-  }();
-  std::vector<Radiance> out(codes.size() / 3);
-  for (std::size_t i = 0; i < out.size(); ++i)
-    out[i] = {kLinear[codes[3 * i]], kLinear[codes[3 * i + 1]], kLinear[codes[3 * i + 2]]};
-  return out;
-}
 
 /// The view as photographs of 8 bits would show it: ambient and captured lights; the truth between stays as it is.
 RenderedView photographed(const RenderedView& view) {

@@ -18,6 +18,7 @@
 #include <lightwell/query.hpp>
 
 #include "estimate/panorama/panorama_estimator.hpp"
+#include "measure/bound_statistics.hpp"
 #include "measure/output.hpp"
 #include "measure/panorama_truth.hpp"
 #include "measure/shots.hpp"
@@ -41,33 +42,18 @@ constexpr const char* kMotions[] = {"still", "switched", "turning"};
 }
 
 struct Frames {
-  int count = 0, flagged = 0, held = 0;
-  double worst_error = 0;
-  /// Of frames that are not flagged: error, bound divided by error, difference to the answer of the whole frame.
-  std::vector<double> errors, ratios, differences;
+  measure::BoundStatistics bounds;
+  std::vector<double> differences;  ///< To the answers of whole frames, of frames that are not flagged.
 
   void add(double error, double bound, double difference) {
-    ++count;
-    if (!std::isfinite(bound)) {
-      ++flagged;
-      return;
-    }
-    held += error <= bound ? 1 : 0;
-    worst_error = std::max(worst_error, error);
-    errors.push_back(error);
-    differences.push_back(difference);
-    ratios.push_back(error > 0 ? bound / error : 1e9);
+    bounds.add(error, bound);
+    if (std::isfinite(bound)) differences.push_back(difference);
   }
   [[nodiscard]] nlohmann::json summary() const {
-    return {{"frames", count},
-            {"flagged", flagged},
-            {"held", held},
-            {"median_error", upper_quantile(std::vector(errors), 0.5)},
-            {"worst_error", worst_error},
-            {"median_difference", upper_quantile(std::vector(differences), 0.5)},
-            {"worst_difference", upper_quantile(std::vector(differences), 0.9999)},
-            {"median_ratio", upper_quantile(std::vector(ratios), 0.5)},
-            {"least_ratio", upper_quantile(std::vector(ratios), 0)}};
+    nlohmann::json out = bounds.json();
+    out["median_difference"] = upper_quantile(std::vector(differences), 0.5);
+    out["worst_difference"] = differences.empty() ? 0 : std::ranges::max(differences);
+    return out;
   }
 };
 

@@ -1,5 +1,8 @@
 #include "measure/picture_codecs.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <csetjmp>
 #include <cstdio>
 #include <cstdlib>
@@ -7,6 +10,8 @@
 #include <fstream>
 #include <iterator>
 #include <jpeglib.h>
+
+#include <lightwell/pixel.hpp>
 
 namespace lightwell::measure {
 namespace {
@@ -81,6 +86,28 @@ std::vector<std::uint8_t> content_of(const std::string& path) {
 }
 
 }  // namespace
+
+std::vector<std::uint8_t> codes_of(const std::vector<Radiance>& picture) {
+  std::vector<std::uint8_t> out;
+  out.reserve(3 * picture.size());
+  for (const Radiance& p : picture)
+    for (int c = 0; c < 3; ++c)
+      out.push_back(static_cast<std::uint8_t>(
+          std::lround(255 * linear_to_srgb(std::clamp(static_cast<double>(p[c]), 0.0, 1.0)))));
+  return out;
+}
+
+std::vector<Radiance> picture_of(std::span<const std::uint8_t> codes) {
+  static const std::array<float, 256> kLinear = [] {
+    std::array<float, 256> table{};
+    for (std::size_t i = 0; i < 256; ++i) table[i] = static_cast<float>(srgb_to_linear(static_cast<double>(i) / 255));
+    return table;
+  }();
+  std::vector<Radiance> out(codes.size() / 3);
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i] = {kLinear[codes[3 * i]], kLinear[codes[3 * i + 1]], kLinear[codes[3 * i + 2]]};
+  return out;
+}
 
 std::optional<CodedPicture> code_jpeg(std::span<const std::uint8_t> rgb, int width, int height, JpegSetting setting) {
   unsigned char* memory = nullptr;

@@ -8,7 +8,13 @@
 #include <string>
 #include <vector>
 
+#include <lightwell/color.hpp>
+
 namespace lightwell::measure {
+
+/// A linear picture (0 to 1; clamped) as sRGB of 8 bits, 3 bytes a pixel, and back.
+[[nodiscard]] std::vector<std::uint8_t> codes_of(const std::vector<Radiance>& picture);
+[[nodiscard]] std::vector<Radiance> picture_of(std::span<const std::uint8_t> codes);
 
 /// A compressed picture or sequence, and what is decoded from it.
 struct CodedPicture {

@@ -30,7 +30,7 @@ struct WeightRun {
   std::array<std::size_t, kLaneKinds> weights;  ///< Offset of its rows of weights.
 };
 
-/// Runs are the parts of a picture that a frame reads or leaves out (RunRotation); a lamp needs few of them.
+/// Runs are the parts of a picture that a frame reads or leaves out (RunRotation); most lights need few of them.
 inline constexpr int kMaxRunPixels = 192;
 
 /// Range of lanes that a kernel processes for a run: at least kMinLanes.

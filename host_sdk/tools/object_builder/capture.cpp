@@ -12,6 +12,7 @@
 
 #include <lightwell/bytes.hpp>
 #include <lightwell/files.hpp>
+#include <lightwell/pixel.hpp>
 
 namespace lightwell::tool {
 namespace {
@@ -84,8 +85,6 @@ Status read_rig(const Json& json, ObjectRig& rig) {
   return sized.validate().in("object.json");
 }
 
-double linear_of(double code) { return code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4); }
-
 Result<cv::Mat> read_picture(const std::string& path, int mode) {
   cv::Mat image;
   try {
@@ -113,7 +112,7 @@ Status read_linear(const std::string& path, const ObjectRig& rig, std::vector<Ra
   const bool wide = image->depth() == CV_16U;
   std::vector<float> linear(wide ? 65536 : 256);
   for (std::size_t i = 0; i < linear.size(); ++i)
-    linear[i] = static_cast<float>(linear_of(static_cast<double>(i) / static_cast<double>(linear.size() - 1)));
+    linear[i] = static_cast<float>(srgb_to_linear(static_cast<double>(i) / static_cast<double>(linear.size() - 1)));
   out.clear();
   for (int row = 0; row < image->rows; ++row)
     for (int column = 0; column < image->cols; ++column) {

@@ -25,14 +25,7 @@ struct Table {
   [[nodiscard]] FieldGeometry geometry() const { return {vertices, indices}; }
 };
 
-class LightFieldGeometryTest : public testing::Test {
- protected:
-  void SetUp() override {
-    if (!field_has_geometry()) GTEST_SKIP() << "this build has no Embree";
-  }
-};
-
-TEST_F(LightFieldGeometryTest, ATableThrowsAShadow) {
+TEST(LightFieldGeometryTest, ATableThrowsAShadow) {
   const FieldScene scene{.lamps = {kLamp}, .ambient = 0.1F};
   std::vector<Vec3d> places = four_places();
   for (Vec3d& place : places) place.y += 0.5;  // Above the table.
@@ -51,7 +44,7 @@ TEST_F(LightFieldGeometryTest, ATableThrowsAShadow) {
   EXPECT_NEAR(field.irradiance(below, {0, 1, 0}, {}).value.g, free, 1e-4F);
 }
 
-TEST_F(LightFieldGeometryTest, GeometryThatHidesALampFromTheProbesThatSeeItDoesNotHideIt) {
+TEST(LightFieldGeometryTest, GeometryThatHidesALampFromTheProbesThatSeeItDoesNotHideIt) {
   // A scan with a wall that is not there: three of four probes would not see the lamp.
   const FieldScene scene{.lamps = {kLamp}};
   LightField field = field_of(scene, four_places());
@@ -64,7 +57,7 @@ TEST_F(LightFieldGeometryTest, GeometryThatHidesALampFromTheProbesThatSeeItDoesN
   EXPECT_NEAR(field.irradiance(point, {0, 1, 0}, {}).value.g, free, 0.1F * free);
 }
 
-TEST_F(LightFieldGeometryTest, ABrightWallIsBrighterNearIt) {
+TEST(LightFieldGeometryTest, ABrightWallIsBrighterNearIt) {
   // The wall at x = 2 is bright, the rest of a box of 4 m dark. The probes' harmonics are those of the true view.
   std::vector<Vec3f> vertices;
   for (int k = 0; k < 8; ++k)
@@ -108,7 +101,7 @@ TEST_F(LightFieldGeometryTest, ABrightWallIsBrighterNearIt) {
   EXPECT_LT(error(places[0]), 0.01F);
 }
 
-TEST_F(LightFieldGeometryTest, GeometryIsChecked) {
+TEST(LightFieldGeometryTest, GeometryIsChecked) {
   LightField field = std::move(LightField::make().value());
   Table table(1);
   table.indices[4] = 4;
@@ -120,13 +113,6 @@ TEST_F(LightFieldGeometryTest, GeometryIsChecked) {
   EXPECT_THAT(field.set_geometry(table.geometry()).message(), HasSubstr("three a triangle"));
   const std::vector<std::uint32_t> many(3 * (kMaxFieldTriangles + 1));
   EXPECT_EQ(field.set_geometry({table.vertices, many}).code(), StatusCode::resource_exhausted);
-}
-
-TEST(LightFieldWithoutGeometryTest, ABuildWithoutEmbreeSaysWhatIsMissing) {
-  if (field_has_geometry()) GTEST_SKIP() << "this build has Embree";
-  LightField field = std::move(LightField::make().value());
-  const Table table(1);
-  EXPECT_THAT(field.set_geometry(table.geometry()).message(), HasSubstr("libembree-dev"));
 }
 
 }  // namespace
