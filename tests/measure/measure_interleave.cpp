@@ -108,7 +108,7 @@ void measure_scene(measure::Camera& camera, const std::string& path, Motion moti
     const measure::Shot shot = camera.expose(radiance, {&exposure, 1}, index);
     std::vector<ref::Rgb> whole;
     for (Probe& probe : probes) {
-      // The clock runs backwards at the first frame of a scene: it is read whole.
+      // The clock does not advance at the first frame of a scene: it is read whole.
       const Result<measure::Delivered> out = measure::deliver(*probe.estimator, shot);
       if (!out) fail(out.status());
       const auto got = irradiance_of(out->descriptor, state.rotation_world_probe.inverse());

@@ -45,7 +45,7 @@ RunRotation::RunRotation(const CodePass& pass, const BlockLayout& layout, const 
 
 std::span<const std::uint8_t> RunRotation::begin_frame(int interleave, ProbeTime time) {
   const std::int64_t since = (time - last_).ns;
-  all_ = !started_ || refresh_ || interleave != interleave_ || since < 0 || since > kMaxPause.ns;
+  all_ = !started_ || refresh_ || interleave != interleave_ || since <= 0 || since > kMaxPause.ns;
   if (interleave != interleave_) {
     projections_.resize(runs_.size());
     centroid_offsets_.resize(runs_.size());

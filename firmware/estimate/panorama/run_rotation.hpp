@@ -2,7 +2,7 @@
 // kept, with its projection, so that constant light has no other error than a full frame.
 //
 //   read       the runs of one group of N; those that hold the brightest blocks of a light (watched); all of them in
-//              the first frame, after a pause, and while light changes
+//              the first frame, after a pause, where the clock does not advance, and while light changes
 //   change     the projection of a group minus that of its last reading, N frames ago; its RMS irradiance counts beyond
 //              kNoiseSigmas of the two readings' noise
 //   stale      groups are spread evenly over the sphere. Where one has changed, each of the others is assumed to have

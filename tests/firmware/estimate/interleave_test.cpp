@@ -203,6 +203,8 @@ TEST_F(Interleaved, FramesAreWholeAfterAPauseABackwardsClockAndAMissingLens) {
   settle(before);
   EXPECT_LT(next(after, -1'000'000'000).error(), 1e-6) << "a backwards clock";
   settle(before);
+  EXPECT_LT(next(after, -kFrame_ns).error(), 1e-6) << "a clock that stands still";
+  settle(before);
   EXPECT_LT(next(after, 0, 1).error(), 1e-6) << "one lens";
   EXPECT_LT(next(after).error(), 1e-6) << "both lenses again";
 }
