@@ -68,7 +68,8 @@ struct FrameIntegral {
   bool filled = false;          ///< Unobserved directions were filled.
   /// Sum over the blocks without centroid correction: luminance times the angle between centroid and middle, rad.
   double centroid_offset = 0;
-  double stale = 0;  ///< RMS irradiance that may have changed in blocks that this frame did not read.
+  bool interleaved = false;  ///< Blocks may be of earlier frames: see RunRotation.
+  double stale = 0;          ///< RMS irradiance that may have changed in blocks that this frame did not read.
 
   /// `unseen_cells`: number of elements of `unseen`.
   FrameIntegral(const BlockLayout& layout, std::size_t unseen_cells) : blocks(layout), unseen(unseen_cells) {}

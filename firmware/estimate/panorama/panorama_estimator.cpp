@@ -214,7 +214,7 @@ class PanoramaEstimator final : public Estimator {
   /// Of interleaved frames: the core of each light is read in the next frame.
   void watch_lights(const BlockSums& blocks, const DetectedLights& found);
   [[nodiscard]] OptimizerOptions limits(const RelativeErrors& errors) const;
-  [[nodiscard]] Flicker detect_flicker(std::span<const Frame> bracket, const BlockSums& blocks);
+  [[nodiscard]] Flicker detect_flicker(std::span<const Frame> bracket, const FrameIntegral& integral);
   void reset_mapper();
   void update_map(const FrameIntegral& integral, std::size_t exposures, const DetectedLights& found, Descriptor& out);
   double recover_clipped(Descriptor& out);
@@ -252,10 +252,10 @@ class PanoramaEstimator final : public Estimator {
 Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& out) {
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
   fill_header(bracket, {scale_.units, probe_id_, calibration_id_, config_.setting}, out);
-  const int interleave = config_.panorama.interleave;
-  const FrameIntegral& integral = integrator_->integrate(reader_, bracket, config_.panorama.unseen, interleave);
+  const FrameIntegral& integral =
+      integrator_->integrate(reader_, bracket, config_.panorama.unseen, config_.panorama.interleave);
   const DetectedLights& found = find_lights(integral);
-  if (interleave > 1) watch_lights(integral.blocks, found);
+  if (integral.interleaved) watch_lights(integral.blocks, found);
   const IntegrationErrors integration_errors = errors_of(integral, found);
 
   // From here on, scene and lights have the descriptor's units.
@@ -277,7 +277,7 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   out.radiance = optimized_.residual;
   out.radiance_step = optimized_.step;
   describe_measurement(integral, scene, scale_.factor, errors, out);
-  out.flicker = interleave > 1 && bracket.size() == 1 ? Flicker::unknown : detect_flicker(bracket, integral.blocks);
+  out.flicker = detect_flicker(bracket, integral);
   update_map(integral, bracket.size(), found, out);
   const double recovery_uncertainty = recover_clipped(out);
   out.bound = error_bound(out, errors, optimized_, smoothed, recovery_uncertainty);
@@ -311,11 +311,13 @@ OptimizerOptions PanoramaEstimator::limits(const RelativeErrors& errors) const {
           errors.expected()};
 }
 
-Flicker PanoramaEstimator::detect_flicker(std::span<const Frame> bracket, const BlockSums& blocks) {
+Flicker PanoramaEstimator::detect_flicker(std::span<const Frame> bracket, const FrameIntegral& integral) {
   const bool brackets = bracket.size() > 1;
-  if (flicker_of_brackets_ != brackets) flicker_.reset();
+  if (flicker_of_brackets_ != brackets || integral.interleaved) flicker_.reset();
   flicker_of_brackets_ = brackets;
-  if (!brackets) return flicker_.add(bracket[0].info, profiler_.profile(bracket[0], blocks));
+  // The rows of an interleaved frame were read at different times.
+  if (integral.interleaved) return flicker_.state();
+  if (!brackets) return flicker_.add(bracket[0].info, profiler_.profile(bracket[0], integral.blocks));
   for (const Frame& exposure : bracket) (void)flicker_.add(exposure.info, profiler_.profile(exposure));
   return flicker_.state();
 }

@@ -162,6 +162,7 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
     block_pass_.run(reader, out.blocks);
   }
   const double luminance = sum_observed(present);
+  out.interleaved = rotates;
   out.stale = 0;
   if (rotates) {
     for (std::size_t run = 0; run < read.size(); ++run) {
