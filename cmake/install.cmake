@@ -9,6 +9,18 @@ include(CMakePackageConfigHelpers)
 #   tools         programs of the firmware and of the SDK, the OpenXR layer, the host's udev rule
 #   python        the Python package
 
+# Builds whatever the components daemon, library and tools install: what the emulated board needs.
+add_custom_target(lightwell_installed)
+
+# lightwell_install(<target> <component>): installs a program or a module by a component, and builds it with the target
+# lightwell_installed.
+function(lightwell_install name component)
+  install(TARGETS ${name}
+          RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT ${component}
+          LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT ${component})
+  add_dependencies(lightwell_installed ${name})
+endfunction()
+
 # lightwell_install_sdk([<target>...])
 # Installs the host SDK as the CMake package `lightwell` with the target lightwell::lightwell:
 # static libraries, headers, .proto files; and liblightwell.so as the package's component `c`, with the target
@@ -59,6 +71,7 @@ function(lightwell_install_sdk)
 
   # A separate export set, so that applications of the C ABI build without gRPC and protobuf.
   # lightwell.dll is a RUNTIME artifact, its import library an ARCHIVE.
+  add_dependencies(lightwell_installed lightwell_c)
   install(TARGETS lightwell_c EXPORT lightwellCTargets
           RUNTIME COMPONENT library
           LIBRARY COMPONENT library NAMELINK_COMPONENT development

@@ -31,8 +31,6 @@ NOT_ON_A_BOARD = ("usr/include", "usr/share/doc", "usr/share/perl", "usr/share/p
                   "usr/share/initramfs-tools", "usr/lib/klibc", "usr/lib/gcc", "etc/rc0.d", "boot",
                   # The firmware's disk has dpkg's database: of the sysroot's packages none is installed.
                   "var/lib/dpkg")
-BOARD_TARGETS = ("lightwelld", "lightwell_c", "lightwell_cli", "lightwell-calibrate", "lightwell-estimate",
-                 "lightwell-eval")
 HOST_TARGETS = ("lightwell_cli", "lightwelld", "lightwell-usb-camera", "demo_report", "compare_recordings",
                 "marker_frames", "book_frames")
 
@@ -75,7 +73,7 @@ def build_for_board(folder: Path) -> None:
     """Builds into `folder`. Configures it anew if the sysroot has changed, because CMake's cache still refers to the
     old one."""
     packages = sysroot()
-    steps: list[Sequence[str | Path]] = [["cmake", "--build", folder, "--target", *BOARD_TARGETS]]
+    steps: list[Sequence[str | Path]] = [["cmake", "--build", folder, "--target", "lightwell_installed"]]
     try:
         cached = (folder / "CMakeCache.txt").read_text(encoding="utf-8")
         in_use = f"LIGHTWELL_SYSROOT_IN_USE:INTERNAL={packages}\n" in cached
