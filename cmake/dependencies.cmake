@@ -133,7 +133,7 @@ if(LIGHTWELL_BUILD_FIRMWARE)
     lightwell_missing(libsystemd libsystemd-dev)
   endif()
 elseif(LIGHTWELL_BUILD_HOST_SDK)
-  # Only for host_sdk/src/relight. Without the library it is left out; the summary reports it.
+  # Only for host_sdk/src/image_object. Without the library it is left out; the summary reports it.
   find_package(Eigen3 CONFIG QUIET)
   # Only for host_sdk/tools. Without the libraries the tools are left out; the summary reports it.
   find_package(OpenCV QUIET COMPONENTS core imgproc imgcodecs)

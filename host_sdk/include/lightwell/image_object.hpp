@@ -1,5 +1,5 @@
 // Image-based objects: photographs of an object under many light positions, relit by any lights without its geometry
-// (optional library lightwell_relight).
+// (optional library lightwell_image_object).
 #pragma once
 
 #include <cstddef>
@@ -62,7 +62,7 @@ struct RelightSummary {
   float outside_rad = 0;
 };
 
-namespace relight {
+namespace image_object {
 struct DecodedView;
 }
 
@@ -78,11 +78,11 @@ class ObjectView {
   [[nodiscard]] std::size_t bytes_read() const;
 
   /// Used by the library.
-  explicit ObjectView(std::shared_ptr<const relight::DecodedView> decoded) : decoded_(std::move(decoded)) {}
-  [[nodiscard]] const relight::DecodedView& decoded() const { return *decoded_; }
+  explicit ObjectView(std::shared_ptr<const image_object::DecodedView> decoded) : decoded_(std::move(decoded)) {}
+  [[nodiscard]] const image_object::DecodedView& decoded() const { return *decoded_; }
 
  private:
-  std::shared_ptr<const relight::DecodedView> decoded_;
+  std::shared_ptr<const image_object::DecodedView> decoded_;
 };
 
 /// A data set: views of an object, each under every light position, compressed. Each view is decoded by itself.

@@ -1,11 +1,11 @@
-#include "relight/light_arrangement.hpp"
+#include "image_object/light_arrangement.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 namespace {
 
 /// Squared distance of directions that are taken as equal.
@@ -146,4 +146,4 @@ LightWeights smooth_lights(std::span<const Vec3f> directions, Vec3d towards) {
   return out;
 }
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

@@ -7,7 +7,7 @@
 
 #include <lightwell/image_object_encoder.hpp>
 
-#include "host_sdk/relight/matte_ball.hpp"
+#include "host_sdk/image_object/matte_ball.hpp"
 
 namespace lightwell::test {
 namespace {

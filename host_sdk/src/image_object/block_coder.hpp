@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "relight/range_coder.hpp"
+#include "image_object/range_coder.hpp"
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 
 inline constexpr int kBlock = 8, kBlockPixels = kBlock * kBlock;
 
@@ -164,4 +164,4 @@ class NeighbourCounts {
   std::vector<std::uint8_t> counts_, left_;
 };
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

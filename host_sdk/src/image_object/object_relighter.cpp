@@ -6,19 +6,19 @@
 
 #include <lightwell/image_object.hpp>
 
-#include "relight/dct.hpp"
-#include "relight/light_arrangement.hpp"
-#include "relight/object_light.hpp"
-#include "relight/view_data.hpp"
+#include "image_object/dct.hpp"
+#include "image_object/light_arrangement.hpp"
+#include "image_object/object_light.hpp"
+#include "image_object/view_data.hpp"
 
 namespace lightwell {
 namespace {
 
-using relight::Coefficient;
-using relight::DecodedView;
-using relight::kBlock;
-using relight::kBlockPixels;
-using relight::LightPlanes;
+using image_object::Coefficient;
+using image_object::DecodedView;
+using image_object::kBlock;
+using image_object::kBlockPixels;
+using image_object::LightPlanes;
 
 /// Lights that are computed together, as the lanes of vectors.
 constexpr std::size_t kLanes = 4;
@@ -61,7 +61,7 @@ float signed_square(float root) { return root * std::abs(root); }
 /// The inverse transform: roots, scaled, and what `square` makes of them.
 template <float (*square)(float)>
 void transform(const BlockSums& sums, float scale, std::array<Lanes, kBlockPixels>& out) {
-  const relight::DctMatrix& m = relight::dct_matrix();
+  const image_object::DctMatrix& m = image_object::dct_matrix();
   std::array<Lanes, kBlockPixels> rows;
   for (std::size_t k = 0; k < kBlock; ++k) {
     if ((sums.rows >> k & 1U) == 0) continue;
@@ -119,7 +119,7 @@ void add_group(const DecodedView& view, std::size_t live, const LightGroup& grou
 }
 
 Status check(const ObjectLight& light, std::size_t index, float reference_irradiance) {
-  if (const Status valid = relight::check_light(light, index); !valid.ok()) return valid;
+  if (const Status valid = image_object::check_light(light, index); !valid.ok()) return valid;
   const Irradiance& e = light.irradiance;
   if (!(std::max({e.r, e.g, e.b}) / reference_irradiance <= kMaxIrradianceRatio))
     return invalid_argument("light " + std::to_string(index) +
@@ -141,9 +141,9 @@ class ObjectRelighter::Impl {
       const Irradiance& e = light.irradiance;
       if (e.r == 0 && e.g == 0 && e.b == 0) continue;
       const Vec3d towards = rotate(turn, normalized(vec_cast<double>(light.direction)));
-      const relight::LightWeights weights = interpolation == LightInterpolation::nearest
-                                                ? relight::nearest_light(view.directions, towards)
-                                                : relight::smooth_lights(view.directions, towards);
+      const image_object::LightWeights weights = interpolation == LightInterpolation::nearest
+                                                     ? image_object::nearest_light(view.directions, towards)
+                                                     : image_object::smooth_lights(view.directions, towards);
       if (lane == kLanes) {
         add_group(view);
         lane = 0;
@@ -167,7 +167,7 @@ class ObjectRelighter::Impl {
       for (auto& channel : light.base) channel.fill(0);
       for (auto& channel : light.second) channel.fill(0);
       for (std::size_t g = 0; g < used_; ++g) lightwell::add_group(view, live, groups_[g], light);
-      const relight::BasePixel* const colours = view.base.data() + live * kBlockPixels;
+      const image_object::BasePixel* const colours = view.base.data() + live * kBlockPixels;
       each_pixel(view, view.live[live], [&](std::size_t pixel, std::size_t p) {
         if (view.coverage[pixel] == 0) return;
         for (std::size_t c = 0; c < 3; ++c) {
@@ -188,7 +188,7 @@ class ObjectRelighter::Impl {
     group.irradiance = {};
   }
 
-  static void set_lane(const LightPlanes& planes, const relight::LightWeights& weights, std::size_t lights,
+  static void set_lane(const LightPlanes& planes, const image_object::LightWeights& weights, std::size_t lights,
                        std::size_t lane, std::vector<Lanes>& out) {
     for (std::size_t k = 0; k < planes.planes; ++k) {
       double sum = 0;

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <numbers>
 
-#include "relight/block_coder.hpp"
+#include "image_object/block_coder.hpp"
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 
 /// matrix[k][i]: basis function k at sample i.
 using DctMatrix = std::array<std::array<float, kBlock>, kBlock>;
@@ -52,4 +52,4 @@ using BlockValues = std::array<float, kBlockPixels>;
   return out;
 }
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

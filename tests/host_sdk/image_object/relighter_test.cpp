@@ -7,8 +7,8 @@
 
 #include <lightwell/image_object.hpp>
 
-#include "host_sdk/relight/matte_ball.hpp"
-#include "relight/light_arrangement.hpp"
+#include "host_sdk/image_object/matte_ball.hpp"
+#include "image_object/light_arrangement.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -151,7 +151,7 @@ TEST(ObjectRelighter, WorksForPicturesThatBlocksDoNotDivide) {
   EXPECT_LT(rms(relit(view_of(ball), {white(ball.rig.light_positions[2])}), ball.lit[2]), 0.004);
 }
 
-double sum_of(const relight::LightWeights& weights) {
+double sum_of(const image_object::LightWeights& weights) {
   double sum = 0;
   for (std::size_t i = 0; i < weights.count; ++i) sum += weights.entries[i].weight;
   return sum;
@@ -169,7 +169,7 @@ TEST(LightWeights, AreOneAtACapturedLight) {
     std::vector<Vec3f> unit;
     for (const Vec3f& d : directions) unit.push_back(normalized(d));
     for (std::size_t i = 0; i < unit.size(); ++i) {
-      const auto weights = relight::smooth_lights(unit, vec_cast<double>(unit[i]));
+      const auto weights = image_object::smooth_lights(unit, vec_cast<double>(unit[i]));
       for (std::size_t k = 0; k < weights.count; ++k)
         EXPECT_NEAR(weights.entries[k].weight, weights.entries[k].light == i ? 1 : 0, 1e-5);
     }
@@ -179,7 +179,7 @@ TEST(LightWeights, AreOneAtACapturedLight) {
 TEST(LightWeights, SumToOneAndExtrapolateNothing) {
   const auto directions = hemisphere(80);
   for (int i = 0; i < 500; ++i) {
-    const auto weights = relight::smooth_lights(directions, fibonacci_direction(i, 500));
+    const auto weights = image_object::smooth_lights(directions, fibonacci_direction(i, 500));
     EXPECT_NEAR(sum_of(weights), 1, 1e-9);
     for (std::size_t k = 0; k < weights.count; ++k) EXPECT_LT(std::abs(weights.entries[k].weight), 1.5);
   }
@@ -188,7 +188,7 @@ TEST(LightWeights, SumToOneAndExtrapolateNothing) {
 TEST(LightWeights, MidwayOnAnArcAreNearlyThoseOfACubic) {
   std::vector<Vec3f> arc;
   for (int i = 0; i < 61; ++i) arc.push_back(normalized(Ball::on_arc(i / 60.0)));
-  const auto weights = relight::smooth_lights(arc, vec_cast<double>(normalized(arc[30] + arc[31])));
+  const auto weights = image_object::smooth_lights(arc, vec_cast<double>(normalized(arc[30] + arc[31])));
   double inner = 0;
   for (std::size_t k = 0; k < weights.count; ++k)
     if (weights.entries[k].light == 30 || weights.entries[k].light == 31) inner += weights.entries[k].weight;
@@ -203,10 +203,10 @@ TEST(LightWeights, InterpolateASmoothFunctionOverTheHemisphere) {
     const Vec3d d = fibonacci_direction(i, 400);
     if (d.z < 0.3) continue;
     double sum = 0;
-    const auto weights = relight::smooth_lights(directions, d);
+    const auto weights = image_object::smooth_lights(directions, d);
     for (std::size_t k = 0; k < weights.count; ++k)
       sum += weights.entries[k].weight * f(vec_cast<double>(directions[weights.entries[k].light]));
-    const auto one = relight::nearest_light(directions, d);
+    const auto one = image_object::nearest_light(directions, d);
     smooth += std::abs(sum - f(d));
     nearest += std::abs(f(vec_cast<double>(directions[one.entries[0].light])) - f(d));
   }
@@ -215,10 +215,10 @@ TEST(LightWeights, InterpolateASmoothFunctionOverTheHemisphere) {
 
 TEST(LightWeights, OfEqualDirectionsAreFinite) {
   const std::vector<Vec3f> twins(4, Vec3f{0, 0, 1});
-  EXPECT_EQ(sum_of(relight::smooth_lights(twins, {1, 0, 0})), 1);
+  EXPECT_EQ(sum_of(image_object::smooth_lights(twins, {1, 0, 0})), 1);
   std::vector<Vec3f> mixed = twins;
   mixed.push_back({1, 0, 0});
-  const auto weights = relight::smooth_lights(mixed, normalized(Vec3d{1, 0, 1}));
+  const auto weights = image_object::smooth_lights(mixed, normalized(Vec3d{1, 0, 1}));
   EXPECT_NEAR(weights.entries[0].weight, 0.5, 1e-6);
   EXPECT_NEAR(weights.entries[1].weight, 0.5, 1e-6);
 }

@@ -9,9 +9,9 @@
 #include <lightwell/bytes.hpp>
 #include <lightwell/image_object.hpp>
 
-#include "host_sdk/relight/matte_ball.hpp"
-#include "relight/block_coder.hpp"
-#include "relight/view_codec.hpp"
+#include "host_sdk/image_object/matte_ball.hpp"
+#include "image_object/block_coder.hpp"
+#include "image_object/view_codec.hpp"
 
 namespace lightwell::test {
 namespace {
@@ -123,7 +123,7 @@ TEST(View, DamagedAnywhereIsRefusedOrRelitWithFiniteValues) {
   std::mt19937 random(3);
   int decoded_views = 0;
   const auto probe = [&](const std::string& bytes) {
-    const auto decoded = relight::read_view(ball.rig, 0, std::as_bytes(std::span(bytes)));
+    const auto decoded = image_object::read_view(ball.rig, 0, std::as_bytes(std::span(bytes)));
     if (!decoded.ok()) {
       EXPECT_EQ(decoded.status().code(), StatusCode::data_loss);
       return;
@@ -153,7 +153,7 @@ TEST(View, WithMoreCoefficientsThanBitsIsRefusedBeforeItAllocates) {
   const Ball ball(7);
   std::string view = encoded(ball, kCoarse);
   put_le(view.data() + 4 + 4 + 2, std::uint32_t{0x7FFFFFFF});
-  const auto decoded = relight::read_view(ball.rig, 0, std::as_bytes(std::span(view)));
+  const auto decoded = image_object::read_view(ball.rig, 0, std::as_bytes(std::span(view)));
   EXPECT_THAT(decoded.status().message(), HasSubstr("fewer bits than coefficients"));
 }
 
@@ -166,7 +166,7 @@ TEST(View, OfAnotherRigIsRefusedByTheFile) {
 
 TEST(BlockCoder, ReturnsTheLevelsThatItWasGiven) {
   std::mt19937 random(5);
-  std::vector<relight::BlockLevels> blocks(300);
+  std::vector<image_object::BlockLevels> blocks(300);
   for (auto& block : blocks) {
     const auto count = random() % 65;
     for (std::size_t z = 0; z < count; ++z) block.level[z] = random() % 3 == 0 ? static_cast<int>(random() % 9) - 4 : 0;
@@ -174,21 +174,21 @@ TEST(BlockCoder, ReturnsTheLevelsThatItWasGiven) {
     for (std::size_t z = 0; z < 64; ++z)
       if (block.level[z] != 0) block.count = static_cast<int>(z) + 1;
   }
-  blocks[7].level[63] = relight::kMaxLevel;
-  blocks[8].level[63] = -relight::kMaxLevel;
+  blocks[7].level[63] = image_object::kMaxLevel;
+  blocks[8].level[63] = -image_object::kMaxLevel;
   blocks[7].count = blocks[8].count = 64;
-  relight::RangeEncoder encoder;
-  relight::BitWriter writer{encoder};
-  relight::BlockModels models;
-  relight::BlockModels::Context context;
+  image_object::RangeEncoder encoder;
+  image_object::BitWriter writer{encoder};
+  image_object::BlockModels models;
+  image_object::BlockModels::Context context;
   for (auto& block : blocks) models.code(writer, block, context, static_cast<int>(block.count) / 3);
   const std::string bytes = encoder.finish();
-  relight::RangeDecoder decoder(std::as_bytes(std::span(bytes)));
-  relight::BitReader reader{decoder};
-  relight::BlockModels again;
+  image_object::RangeDecoder decoder(std::as_bytes(std::span(bytes)));
+  image_object::BitReader reader{decoder};
+  image_object::BlockModels again;
   context = {};
   for (const auto& block : blocks) {
-    relight::BlockLevels read;
+    image_object::BlockLevels read;
     again.code(reader, read, context, block.count / 3);
     ASSERT_EQ(read.count, block.count);
     for (int z = 0; z < block.count; ++z)

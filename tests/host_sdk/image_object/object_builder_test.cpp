@@ -10,7 +10,7 @@
 #include <lightwell/files.hpp>
 #include <lightwell/image_object.hpp>
 
-#include "host_sdk/relight/matte_ball.hpp"
+#include "host_sdk/image_object/matte_ball.hpp"
 #include "support/temp_dir.hpp"
 
 namespace lightwell::test {

@@ -9,9 +9,9 @@
 #include <lightwell/image_object.hpp>
 #include <lightwell/result.hpp>
 
-#include "relight/view_data.hpp"
+#include "image_object/view_data.hpp"
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 
 /// A view before entropy coding. Blocks of levels: [live block * planes + plane].
 struct QuantizedView {
@@ -34,4 +34,4 @@ void round_basis(LightPlanes& planes, std::size_t lights);
 /// The same, without what follows the coverage.
 [[nodiscard]] Result<DecodedView> read_coverage(const ObjectRig& rig, std::span<const std::byte> bytes);
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

@@ -6,7 +6,7 @@
 #include <span>
 #include <string>
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 
 /// Probability that a bit is 0: the mean of a fast and a slow estimate.
 struct BitModel {
@@ -122,4 +122,4 @@ class RangeDecoder {
   std::uint32_t code_ = 0, range_ = 0xFFFFFFFFU;
 };
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

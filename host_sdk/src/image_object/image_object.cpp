@@ -11,7 +11,7 @@
 #include <lightwell/image_object.hpp>
 #include <lightwell/image_object_encoder.hpp>
 
-#include "relight/view_codec.hpp"
+#include "image_object/view_codec.hpp"
 
 namespace lightwell {
 namespace {
@@ -88,7 +88,7 @@ Result<std::string> make_image_object(const ObjectRig& rig, std::span<const std:
     const auto bytes = bytes_of(views[i]);
     if (views[i].size() > std::numeric_limits<std::uint32_t>::max())
       return invalid_argument("view " + std::to_string(i) + " has more than 4 GiB");
-    if (const auto decoded = relight::read_view(rig, rig.turns_rad[i], bytes); !decoded.ok())
+    if (const auto decoded = image_object::read_view(rig, rig.turns_rad[i], bytes); !decoded.ok())
       return invalid_argument("view " + std::to_string(i) + ": " + decoded.status().message());
     append(out, rig.turns_rad[i]);
     append(out, static_cast<std::uint32_t>(bytes.size()));
@@ -153,7 +153,7 @@ Result<std::span<const std::byte>> ImageObject::checked_bytes(std::size_t view) 
 Result<ObjectView> ImageObject::view(std::size_t view) const {
   const auto bytes = checked_bytes(view);
   if (!bytes.ok()) return bytes.status();
-  auto decoded = relight::read_view(rig_, rig_.turns_rad[view], *bytes);
+  auto decoded = image_object::read_view(rig_, rig_.turns_rad[view], *bytes);
   if (!decoded.ok()) return decoded.status().in("view " + std::to_string(view));
   return ObjectView(std::move(decoded.value()));
 }
@@ -161,7 +161,7 @@ Result<ObjectView> ImageObject::view(std::size_t view) const {
 Result<std::vector<std::uint8_t>> ImageObject::coverage(std::size_t view) const {
   const auto bytes = checked_bytes(view);
   if (!bytes.ok()) return bytes.status();
-  auto decoded = relight::read_coverage(rig_, *bytes);
+  auto decoded = image_object::read_coverage(rig_, *bytes);
   if (!decoded.ok()) return decoded.status().in("view " + std::to_string(view));
   return std::move(decoded->coverage);
 }
@@ -182,9 +182,9 @@ float ObjectView::turn_rad() const { return decoded_->turn_rad; }
 std::span<const std::uint8_t> ObjectView::coverage() const { return decoded_->coverage; }
 
 std::size_t ObjectView::bytes_read() const {
-  const relight::DecodedView& d = *decoded_;
-  return d.base.size() * sizeof(relight::BasePixel) + d.coverage.size() +
-         (d.luminance.coefficients.size() + d.highlight.coefficients.size()) * sizeof(relight::Coefficient) +
+  const image_object::DecodedView& d = *decoded_;
+  return d.base.size() * sizeof(image_object::BasePixel) + d.coverage.size() +
+         (d.luminance.coefficients.size() + d.highlight.coefficients.size()) * sizeof(image_object::Coefficient) +
          (d.luminance.basis.size() + d.highlight.basis.size()) * sizeof(float) +
          d.live.size() * (sizeof(std::uint32_t) * 3 + sizeof(float));
 }

@@ -8,7 +8,7 @@
 
 #include <lightwell/object_shadow.hpp>
 
-#include "host_sdk/relight/matte_ball.hpp"
+#include "host_sdk/image_object/matte_ball.hpp"
 
 namespace lightwell::test {
 namespace {

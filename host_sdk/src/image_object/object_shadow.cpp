@@ -6,8 +6,8 @@
 
 #include <lightwell/object_shadow.hpp>
 
-#include "relight/object_light.hpp"
-#include "relight/view_codec.hpp"
+#include "image_object/object_light.hpp"
+#include "image_object/view_codec.hpp"
 
 namespace lightwell {
 namespace {
@@ -138,7 +138,7 @@ Result<ObjectShadowCaster::Summary> ObjectShadowCaster::cast(std::span<const Obj
     return invalid_argument("there are " + std::to_string(ratios.size()) + " ratios for " +
                             std::to_string(plane.columns) + " x " + std::to_string(plane.rows) + " texels");
   for (std::size_t i = 0; i < lights.size(); ++i)
-    if (const Status valid = relight::check_light(lights[i], i); !valid.ok()) return valid;
+    if (const Status valid = image_object::check_light(lights[i], i); !valid.ok()) return valid;
 
   const Quat turn = plane.T_object_plane.rotation.normalized();
   const Vec3d normal = rotate(turn, Vec3d{0, 0, 1}), right = rotate(turn, Vec3d{1, 0, 0}),

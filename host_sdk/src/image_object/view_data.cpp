@@ -1,11 +1,11 @@
-#include "relight/view_data.hpp"
+#include "image_object/view_data.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include <lightwell/color.hpp>
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 namespace {
 
 /// Gain of blocks that are nearly black.
@@ -58,4 +58,4 @@ float gain_of(const DecodedView& view, std::uint32_t block, std::span<const Base
   return std::max(kMinGain, std::sqrt(weight > 0 ? sum / weight : 0));
 }
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

@@ -7,7 +7,7 @@
 
 #include <lightwell/geometry.hpp>
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 
 /// On an arc two on either side. More would widen the edges of shadows.
 inline constexpr std::size_t kMaxNeighbours = 4;
@@ -31,4 +31,4 @@ struct LightWeights {
 /// a triangle of three of them, so that nothing is extrapolated. Equal directions among the lights are allowed.
 [[nodiscard]] LightWeights smooth_lights(std::span<const Vec3f> directions, Vec3d towards);
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

@@ -10,9 +10,9 @@
 #include <lightwell/color.hpp>
 #include <lightwell/geometry.hpp>
 
-#include "relight/block_coder.hpp"
+#include "image_object/block_coder.hpp"
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 
 /// A transform coefficient that is not zero.
 struct Coefficient {
@@ -83,4 +83,4 @@ void base_pixels(const BasePlanes& planes, std::span<BasePixel, kBlockPixels> ou
 [[nodiscard]] float gain_of(const DecodedView& view, std::uint32_t block,
                             std::span<const BasePixel, kBlockPixels> base);
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

@@ -8,17 +8,17 @@
 
 #include <lightwell/image_object_encoder.hpp>
 
-#include "relight/dct.hpp"
-#include "relight/view_codec.hpp"
+#include "image_object/dct.hpp"
+#include "image_object/view_codec.hpp"
 
 namespace lightwell {
 namespace {
 
-using relight::BlockLevels;
-using relight::BlockValues;
-using relight::DecodedView;
-using relight::kBlockPixels;
-using relight::LightPlanes;
+using image_object::BlockLevels;
+using image_object::BlockValues;
+using image_object::DecodedView;
+using image_object::kBlockPixels;
+using image_object::LightPlanes;
 
 /// Share of a step that is added before a level is rounded down (0.5: nearest). Smaller levels cost fewer bits than the
 /// error that they cause.
@@ -33,9 +33,10 @@ constexpr float kMaxStep = 1, kMinStep = 0.0005F;
 BlockLevels quantize(const BlockValues& values, float step, float rounding) {
   BlockLevels out;
   for (std::size_t z = 0; z < kBlockPixels; ++z) {
-    const float v = values[relight::kZigzag[z]];
+    const float v = values[image_object::kZigzag[z]];
     const float level = std::floor(std::abs(v) / step + rounding);
-    out.level[z] = static_cast<std::int32_t>(std::copysign(std::min(level, static_cast<float>(relight::kMaxLevel)), v));
+    out.level[z] =
+        static_cast<std::int32_t>(std::copysign(std::min(level, static_cast<float>(image_object::kMaxLevel)), v));
     if (out.level[z] != 0) out.count = static_cast<int>(z) + 1;
   }
   return out;
@@ -60,12 +61,12 @@ std::array<bool, kBlockPixels> covered_pixels(const DecodedView& view, std::uint
 }
 
 /// Fills the base's levels and what a reader makes of them.
-void encode_base(const ViewFactors& factors, relight::QuantizedView& out) {
+void encode_base(const ViewFactors& factors, image_object::QuantizedView& out) {
   const std::vector<Radiance>& base = factors.base;
   DecodedView& view = out.layout;
   view.base.resize(view.live.size() * kBlockPixels);
   for (std::size_t i = 0; i < view.live.size(); ++i) {
-    relight::BasePlanes planes{};
+    image_object::BasePlanes planes{};
     each_pixel(view, view.live[i], [&](std::size_t pixel, std::size_t place) {
       const float r = std::sqrt(base[pixel].r), g = std::sqrt(base[pixel].g), b = std::sqrt(base[pixel].b);
       planes[0][place] = 0.25F * r + 0.5F * g + 0.25F * b;
@@ -75,16 +76,16 @@ void encode_base(const ViewFactors& factors, relight::QuantizedView& out) {
       planes[4][place] = factors.second[pixel].b - 1;
     });
     const auto covered = covered_pixels(view, view.live[i]);
-    for (std::size_t k = 0; k < relight::kBasePlanes; ++k) {
+    for (std::size_t k = 0; k < image_object::kBasePlanes; ++k) {
       fill_uncovered(covered, planes[k]);
-      const float step = out.base_step * relight::kBaseSteps[k];
-      out.base.push_back(quantize(relight::forward_dct(planes[k]), step, kBaseRounding));
+      const float step = out.base_step * image_object::kBaseSteps[k];
+      out.base.push_back(quantize(image_object::forward_dct(planes[k]), step, kBaseRounding));
       BlockValues values{};
       for (std::size_t z = 0; z < kBlockPixels; ++z)
-        values[relight::kZigzag[z]] = step * static_cast<float>(out.base.back().level[z]);
-      planes[k] = relight::inverse_dct(values);
+        values[image_object::kZigzag[z]] = step * static_cast<float>(out.base.back().level[z]);
+      planes[k] = image_object::inverse_dct(values);
     }
-    const std::span<relight::BasePixel, kBlockPixels> pixels(view.base.data() + i * kBlockPixels, kBlockPixels);
+    const std::span<image_object::BasePixel, kBlockPixels> pixels(view.base.data() + i * kBlockPixels, kBlockPixels);
     base_pixels(planes, pixels);
     view.gain.push_back(gain_of(view, view.live[i], pixels));
   }
@@ -145,7 +146,7 @@ LightPlanes encode_luminance(const DecodedView& view, const std::vector<Radiance
       for (std::size_t l = 0; l < lights; ++l)
         for (std::size_t p = 0; p < kBlockPixels; ++p) plane[p] += all.basis[k * lights + l] * values[l][p];
       BlockLevels& block = found[i * lights + k];
-      block = quantize(relight::forward_dct(plane), step / view.gain[i], kRounding);
+      block = quantize(image_object::forward_dct(plane), step / view.gain[i], kRounding);
       for (const std::int32_t level : block.level) largest[k] = std::max(largest[k], std::abs(level));
     }
   }
@@ -189,7 +190,7 @@ Result<std::string> encode_view(const ObjectRig& rig, const ViewPictures& pictur
   Result<ViewFactors> factors = factor_view(rig, pictures, highlights ? BaseColor::highlights : BaseColor::ambient,
                                             kSecondTolerance * options.luminance_step);
   if (!factors.ok()) return factors.status();
-  relight::QuantizedView view;
+  image_object::QuantizedView view;
   set_size(view.layout, rig.columns, rig.rows);
   view.layout.directions = rig.light_positions;
   view.layout.coverage.assign(pictures.coverage.begin(), pictures.coverage.end());

@@ -1,4 +1,4 @@
-#include "relight/view_codec.hpp"
+#include "image_object/view_codec.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,9 +9,9 @@
 
 #include <lightwell/bytes.hpp>
 
-#include "relight/dct.hpp"
+#include "image_object/dct.hpp"
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 namespace {
 
 /// Basis functions are orthonormal; rounding adds little.
@@ -340,4 +340,4 @@ Result<std::shared_ptr<const DecodedView>> read_view(const ObjectRig& rig, float
   return std::shared_ptr<const DecodedView>(std::move(view));
 }
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object

@@ -3,7 +3,7 @@
 
 #include <lightwell/image_object.hpp>
 
-#include "host_sdk/relight/matte_ball.hpp"
+#include "host_sdk/image_object/matte_ball.hpp"
 #include "support/allocation_counter.hpp"
 
 namespace lightwell::test {

@@ -9,7 +9,7 @@
 #include <lightwell/image_object.hpp>
 #include <lightwell/result.hpp>
 
-namespace lightwell::relight {
+namespace lightwell::image_object {
 
 /// invalid_argument, naming the light, for a direction that is zero or not finite, an irradiance that is negative or
 /// not finite, and a radius that is not 0 to pi / 2.
@@ -26,4 +26,4 @@ namespace lightwell::relight {
   return {};
 }
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::image_object
