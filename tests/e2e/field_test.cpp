@@ -1,9 +1,12 @@
 // lightwell field with fifty probes at one real broker, which come and go while it runs, and its glTF file.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <csignal>
+#include <limits>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -11,7 +14,9 @@
 #include <nlohmann/json.hpp>
 
 #include <lightwell/codec.hpp>
+#include <lightwell/field.hpp>
 #include <lightwell/mqtt.hpp>
+#include <lightwell/probe.hpp>
 #include <lightwell/status.hpp>
 
 #include "host_sdk/field/field_scenes.hpp"
@@ -49,10 +54,18 @@ class VenueProbe {
   }
   ~VenueProbe() { client_.publish(topics_.status, std::string(kMqttGone), MqttClient::Keep::retained); }
 
-  void say_light() {
-    Descriptor d = kHall.at(place_);
+  [[nodiscard]] std::string uri(const Broker& broker) const {
+    return broker.uri(topics_.status.substr(0, topics_.status.rfind('/')));
+  }
+
+  void say_light() { say_light(kHall, monotonic_now_ns()); }
+
+  /// What it measures of the scene, with this machine's time of the exposure.
+  void say_light(const FieldScene& scene, std::int64_t ns) {
+    Descriptor d = scene.at(place_);
+    for (std::uint32_t k = 0; k < d.lights.size(); ++k) d.lights[k].track = k + 1;
     d.sequence = ++sequence_;
-    d.time.mid_exposure = {now()};
+    d.time.mid_exposure = {ns + kClockOffset};
     Encoder encoder;
     const auto bytes = encoder.encode(d);
     ASSERT_TRUE(bytes.ok());
@@ -61,8 +74,9 @@ class VenueProbe {
   }
 
  private:
-  /// Each probe's clock is another one.
-  [[nodiscard]] static std::int64_t now() { return monotonic_now_ns() + 3'600'000'000'000; }
+  /// The probe's clock is another one than this machine's.
+  static constexpr std::int64_t kClockOffset = 3'600'000'000'000;
+  [[nodiscard]] static std::int64_t now() { return monotonic_now_ns() + kClockOffset; }
 
   const MqttTopics topics_;
   const Vec3d place_;
@@ -186,6 +200,62 @@ TEST_F(FieldToolTest, FiftyProbesOfABrokerComeAndGo) {
 #ifdef LIGHTWELL_HAVE_TINYGLTF
   expect_gltf(gltf);
 #endif
+}
+
+/// The distance of the placed light that is nearest to a point.
+double nearest_placed(const LightField& field, Vec3d point) {
+  double off = std::numeric_limits<double>::infinity();
+  for (const FieldLight& light : field.state()->lights)
+    if (light.placed) off = std::min(off, length(light.position - point));
+  return off;
+}
+
+TEST_F(FieldToolTest, AMovingLampIsWhereItWasAtACommonTimeOfTheProbes) {
+  // A lamp at 1.5 m/s; the probes measure one after the other, 60 ms apart.
+  const std::int64_t start = monotonic_now_ns();
+  const auto lamp_at = [&](std::int64_t ns) {
+    return Vec3d{-0.6 + 1.5e-9 * static_cast<double>(ns - start), 2.4, 0.3};
+  };
+  add(0, 4);
+  std::vector<Probe> receivers;
+  for (const auto& probe : probes_) {
+    Result<Probe> receiver = Probe::connect(probe->uri(broker_));
+    ASSERT_TRUE(receiver.ok()) << receiver.status().message();
+    receivers.push_back(std::move(*receiver));
+  }
+  const std::int64_t begin = monotonic_now_ns();
+  for (int k = 0; k < 12; ++k) {
+    const std::int64_t now = monotonic_now_ns();
+    probes_[static_cast<std::size_t>(k) % 4]->say_light({.lamps = {{lamp_at(now)}}}, now);
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+  }
+  ASSERT_TRUE(becomes_true("all have the third descriptor", [&] {
+    return std::ranges::all_of(receivers, [](const Probe& p) { return p.latest().descriptor().sequence >= 4; });
+  }));
+  std::vector<Lighting> newest;
+  for (const Probe& receiver : receivers) newest.push_back(receiver.latest());
+  const auto time = common_time(newest);
+  ASSERT_TRUE(time);
+  EXPECT_EQ(*time, newest[0].mid_exposure());  // The first of the last round.
+  EXPECT_GT(time->ns, begin);
+
+  LightField aligned = std::move(LightField::make().value()), unaligned = std::move(LightField::make().value());
+  for (std::size_t k = 0; k < receivers.size(); ++k) {
+    const UncertainPose pose = *newest[k].mounting();
+    ASSERT_TRUE(aligned.set(name_of(k), field_sample(receivers[k].at(*time), pose)).ok());
+    ASSERT_TRUE(unaligned.set(name_of(k), field_sample(newest[k], pose)).ok());
+  }
+  (void)aligned.update({monotonic_now_ns()});
+  (void)unaligned.update({monotonic_now_ns()});
+  // Interpolating directions over 0.36 m of way: 4 mm; the wire's rounding and the clocks: as much.
+  EXPECT_LT(nearest_placed(aligned, lamp_at(time->ns)), 0.02);
+  EXPECT_GT(nearest_placed(unaligned, lamp_at(time->ns)), 0.05);
+
+  // A probe that has fallen silent does not hold the others back, and nor does one without light.
+  EXPECT_EQ(common_time(newest, {1}), newest[3].mid_exposure());
+  newest.emplace_back();
+  EXPECT_EQ(common_time(newest), time);
+  EXPECT_FALSE(common_time({}));
 }
 
 TEST_F(FieldToolTest, SaysWhyAProbeGivesNoLight) {

@@ -25,7 +25,7 @@ NAMES = {"lightwelld", "liblightwell1", "liblightwell-dev", "lightwell-tools", "
 ADDED = {"/etc/lightwell/probe.textproto", "/usr/lib/udev/rules.d/70-lightwell.rules"}
 PROGRAMS = ["lightwelld", "lightwell", "lightwell-estimate", "lightwell-eval", "lightwell-calibrate",
             "lightwell_plot.py", "lightwell-usb-gadget"]
-PROGRAMS += [name for name in ("ar_viewer", "lightwell-object") if (BUILD / "bin" / name).exists()]
+PROGRAMS += [name for name in ("ar_viewer", "lightwell-field", "lightwell-object") if (BUILD / "bin" / name).exists()]
 cannot_install = ""
 packages: dict[str, Path] = {}  # by name
 lintian: subprocess.Popen | None = None

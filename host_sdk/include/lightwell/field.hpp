@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -31,6 +32,13 @@ struct FieldSample {
 /// The sample of a Lighting that a Probe returned, with the times of the SDK's clock. `light` is in the probe's frame:
 /// neither rotated() nor in_world().
 [[nodiscard]] FieldSample field_sample(const Lighting& light, const UncertainPose& T_world_probe);
+
+/// The newest time at which all of these probes have measured: the oldest mid-exposure of their newest lightings
+/// (Probe::latest()). Probes that measure at different times give samples of one time by Probe::at() of it; lights that
+/// move are then where they were at that time. A probe without an estimate, and one that lags more than `max_lag`
+/// behind the newest, does not count. nullopt where none counts.
+[[nodiscard]] std::optional<HostTime> common_time(std::span<const Lighting> newest,
+                                                  Duration max_lag = Duration{500'000'000});
 
 struct FieldOptions {
   /// Answers that rest on samples older than this are stale.

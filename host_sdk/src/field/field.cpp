@@ -44,6 +44,19 @@ FieldSample field_sample(const Lighting& light, const UncertainPose& T_world_pro
   return {light.descriptor(), T_world_probe, light.mid_exposure(), light.age_uncertainty()};
 }
 
+std::optional<HostTime> common_time(std::span<const Lighting> newest, Duration max_lag) {
+  const auto counts = [](const Lighting& light) {
+    return light.validity() == Validity::valid || light.validity() == Validity::stale;
+  };
+  std::optional<HostTime> last, common;
+  for (const Lighting& light : newest)
+    if (counts(light)) last = std::max(last.value_or(light.mid_exposure()), light.mid_exposure());
+  for (const Lighting& light : newest)
+    if (counts(light) && *last - light.mid_exposure() <= max_lag)
+      common = std::min(common.value_or(*last), light.mid_exposure());
+  return common;
+}
+
 class LightField::Impl {
  public:
   explicit Impl(const FieldOptions& options) : options_(options) {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <tuple>
 
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <lightwell/files.hpp>
@@ -31,6 +32,21 @@ void require(const Status& status, std::optional<ExitCode> code) {
                              : status.code() == StatusCode::unavailable    ? kUnreachable
                                                                            : kFile;
   fail(code.value_or(by_status), status.message());
+}
+
+int parse(CLI::App& app, int argc, const char* const* argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    warn(std::string(error.what()) + "; see " + app.get_name() + " --help");
+    return kUsage;
+  } catch (const Failure& failure) {
+    warn(failure.what());
+    return failure.code;
+  }
+  return kOk;
 }
 
 std::string json_text(const nlohmann::ordered_json& document) {

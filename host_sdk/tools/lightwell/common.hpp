@@ -13,6 +13,10 @@
 
 #include <lightwell/probe.hpp>
 
+namespace CLI {
+class App;
+}
+
 namespace lightwell::tool {
 
 /// The options of all commands. Empty texts: not given.
@@ -31,10 +35,8 @@ struct Options {
   std::vector<std::string> fields;  ///< config set: "name=value".
   double timeout = 2;               ///< discover, s.
   std::string broker, ca_file, login_file;
-  std::vector<std::string> uris;  ///< field.
-  std::string gltf;               ///< field: file to write; empty: none.
-  std::string code;               ///< pair; empty: read from stdin.
-  std::string name, store;        ///< pair; empty: the SDK's defaults.
+  std::string code;         ///< pair; empty: read from stdin.
+  std::string name, store;  ///< pair; empty: the SDK's defaults.
 };
 
 /// Each returns the exit code.
@@ -51,7 +53,6 @@ int run_recording_stop(const Options& options);
 int run_recording_status(const Options& options);
 int run_discover(const Options& options);
 int run_doctor(const Options& options);
-int run_field(const Options& options);
 int run_pair(const Options& options);
 
 /// The probe's own recording in one line, and as JSON with the names of RecordingStatus.
@@ -63,7 +64,7 @@ enum ExitCode : int { kOk = 0, kNothingReceived = 1, kUsage = 2, kUnreachable = 
 /// Writes "lightwell: ..." to stderr.
 void warn(std::string_view message);
 
-/// Ends a command; main() writes the message as warn() does.
+/// Ends a command; parse() writes the message as warn() does.
 struct Failure : std::runtime_error {
   Failure(ExitCode exit_code, const std::string& message) : std::runtime_error(message), code(exit_code) {}
   ExitCode code;
@@ -77,6 +78,10 @@ template <class T>
   require(result.status(), code);
   return std::move(*result);
 }
+
+/// Parses the arguments, which runs the callbacks of commands, and reports what fails. Returns the exit code: kOk also
+/// after --help and --version.
+[[nodiscard]] int parse(CLI::App& app, int argc, const char* const* argv);
 
 /// The document in one line of ASCII, which is safe to print: all other characters and control characters are escaped.
 /// A byte sequence that is not UTF-8 becomes U+FFFD. A number has the shortest text that gives the same double when

@@ -1,6 +1,11 @@
 // lightwell: command line tool for probes.
+#include <cerrno>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
+#include <system_error>
+#include <unistd.h>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
@@ -126,27 +131,25 @@ Keys with --json, one object per check: check, verdict, found, remedy.
 Exit codes: 0 no fault (there may be warnings), otherwise of the first fault: 1 no descriptor arrives,
 2 usage, 3 the probe cannot be reached, 4 anything else, also a refused certificate or token.)";
 
-constexpr const char* kFieldHelp =
-    R"(The light between several probes: where the lights are, and what the field makes of each probe. Each
-probe needs its pose in the room (lightwelld --mounting); one without is listed as such.
-  lightwell field grpc://hall.local grpc://stage.local
-  lightwell field mqtt://broker/venue/+ --json
-A + in the topic of a broker stands for one level: its probes are searched every two seconds, so that they
-come and go while it runs. One block per second until Ctrl-C.
---gltf writes the last state when it ends: placed and distant lights (KHR_lights_punctual; lux and candela
-if units are absolute) and the rest at the middle of the probes (EXT_lights_image_based).
-Keys with --json, an object per second: seconds, units, probes (name, state, reason, position, scale,
-lights, matched, ambiguous) and lights (id, placed, position, sigma_m, direction, sigma_rad, intensity,
-radius, probes). state: used, stale, expired, wrong_clock, wrong_pose, wrong_scale, contradicted,
-no_pose, no_light, unreachable.
-Exit codes: 1 no probe gave light.)";
-
 constexpr const char* kPairHelp =
     R"(On the probe, `lightwelld --pair` shows address and code. Eavesdroppers, and a man in the middle
 without the code, learn nothing. Stored for this probe: its certificate, which is required from then
 on whatever its address is, a token, and a certificate of this client, whose key never leaves this
 machine. They are files in a folder per probe below
 $XDG_CONFIG_HOME/lightwell/probes (or ~/.config), for any other client to use.)";
+
+/// Runs the program of that name in the folder of this one, in its place.
+[[noreturn]] void run_program(const std::string& name, const std::vector<std::string>& arguments) {
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  const std::string path = (self.parent_path() / name).string();
+  std::vector<char*> words{const_cast<char*>(name.c_str())};
+  for (const std::string& argument : arguments) words.push_back(const_cast<char*>(argument.c_str()));
+  words.push_back(nullptr);
+  execv(path.c_str(), words.data());
+  fail(kFile, "cannot run " + path + ": " + std::generic_category().message(errno) +
+                  "; it is built and installed where Ceres (libceres-dev) is found");
+}
 
 /// Adds the commands, whose callbacks run them with `options` and set `exit_code`.
 void add_commands(CLI::App& app, Options& options, int& exit_code) {
@@ -258,13 +261,11 @@ void add_commands(CLI::App& app, Options& options, int& exit_code) {
   add_optional_uri(doctor);
   add_json(doctor);
 
-#ifdef LIGHTWELL_HAVE_FIELD
-  CLI::App* field = add(app, "field", "Lights in space, from several probes", run_field, kFieldHelp);
-  field->add_option("URI", options.uris, "Probes; mqtt://BROKER/TOPIC/+ stands for all at that level")->required();
-  field->add_option("--gltf", options.gltf, "Also write the last state to this glTF file");
-  add_seconds(field);
-  add_json(field);
-#endif
+  CLI::App* field = app.add_subcommand("field", "Lights in space, from several probes (the program lightwell-field)");
+  // All that follows, --help too, is for the other program.
+  field->prefix_command();
+  field->set_help_flag();
+  field->callback([field] { run_program("lightwell-field", field->remaining()); });
 
   CLI::App* pair = add(app, "pair", "Pair a probe with this machine", run_pair, kPairHelp);
   pair->add_option("URI", options.uri, "grpcs://HOST:PORT that the probe shows (default port 7421)")->required();
@@ -286,16 +287,6 @@ int main(int argc, char** argv) {
   Options options;
   int exit_code = kOk;
   add_commands(app, options, exit_code);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    warn(std::string(error.what()) + "; see lightwell --help");
-    return kUsage;
-  } catch (const Failure& failure) {
-    warn(failure.what());
-    return failure.code;
-  }
-  return exit_code;
+  const int parsed = parse(app, argc, argv);
+  return parsed == kOk ? exit_code : parsed;
 }

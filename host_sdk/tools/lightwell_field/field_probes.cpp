@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -136,6 +137,10 @@ std::vector<FieldProbes::Absent> FieldProbes::feed(LightField& field) {
   std::vector<Absent> out;
   const std::lock_guard lock(mutex_);
   for (const std::string& name : std::exchange(left_, {})) (void)field.remove(name);
+  std::vector<Lighting> newest;
+  for (const auto& [uri, connection] : connections_)
+    if (connection.probe) newest.push_back(connection.probe->latest());
+  const std::optional<HostTime> time = common_time(newest);
   for (auto& [uri, connection] : connections_) {
     const auto absent = [&](const char* state, std::string reason) {
       if (std::exchange(connection.in_field, false)) (void)field.remove(uri);
@@ -145,8 +150,12 @@ std::vector<FieldProbes::Absent> FieldProbes::feed(LightField& field) {
       absent("unreachable", connection.error.empty() ? "it has not answered yet" : connection.error);
       continue;
     }
-    const Lighting light = connection.probe->latest();
-    if (light.validity() != Validity::valid && light.validity() != Validity::stale)
+    const auto has_estimate = [](const Lighting& l) {
+      return l.validity() == Validity::valid || l.validity() == Validity::stale;
+    };
+    Lighting light = time ? connection.probe->at(*time) : connection.probe->latest();
+    if (!has_estimate(light)) light = connection.probe->latest();  // Its first descriptor may be newer.
+    if (!has_estimate(light))
       absent("no_light", light.reason());
     else if (light.mounting() == nullptr)
       absent("no_pose", "the probe does not know its pose in the room: lightwelld --mounting");

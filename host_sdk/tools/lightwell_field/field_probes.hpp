@@ -26,8 +26,8 @@ class FieldProbes {
     std::string name, state, reason;
   };
 
-  /// Sets the newest sample of each probe in the field, and removes those that have left. Returns those without a
-  /// sample.
+  /// Sets a sample of each probe in the field, all of common_time() where they have one, and removes those that have
+  /// left. Returns those without a sample.
   [[nodiscard]] std::vector<Absent> feed(LightField& field);
 
  private:

@@ -1,13 +1,16 @@
+// lightwell-field: lights in space, from several probes; `lightwell field` runs it.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <limits>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
 #include <lightwell/field.hpp>
@@ -17,10 +20,26 @@
 #include "field_gltf.hpp"
 #include "field_probes.hpp"
 
-namespace lightwell::tool {
 namespace {
 
+using namespace lightwell;
+using namespace lightwell::tool;
 using nlohmann::ordered_json;
+
+constexpr const char* kHelp =
+    R"(The light between several probes: where the lights are, and what the field makes of each probe. Each
+probe needs its pose in the room (lightwelld --mounting); one without is listed as such.
+  lightwell field grpc://hall.local grpc://stage.local
+  lightwell field mqtt://broker/venue/+ --json
+A + in the topic of a broker stands for one level: its probes are searched every two seconds, so that they
+come and go while it runs. One block per second until Ctrl-C.
+--gltf writes the last state when it ends: placed and distant lights (KHR_lights_punctual; lux and candela
+if units are absolute) and the rest at the middle of the probes (EXT_lights_image_based).
+Keys with --json, an object per second: seconds, units, probes (name, state, reason, position, scale,
+lights, matched, ambiguous) and lights (id, placed, position, sigma_m, direction, sigma_rad, intensity,
+radius, probes). state: used, stale, expired, wrong_clock, wrong_pose, wrong_scale, contradicted,
+no_pose, no_light, unreachable.
+Exit codes: 0 ok, 1 no probe gave light, 2 usage, 4 the file cannot be written.)";
 
 volatile std::sig_atomic_t interrupted = 0;
 void on_interrupt(int) { interrupted = 1; }
@@ -89,16 +108,22 @@ void print_text(const FieldState& state, const std::vector<FieldProbes::Absent>&
   std::fflush(stdout);
 }
 
-}  // namespace
+/// What the arguments say.
+struct Arguments {
+  std::vector<std::string> uris;
+  std::string gltf;    ///< File to write; empty: none.
+  double seconds = 0;  ///< 0: until it is interrupted.
+  bool json = false;
+};
 
-int run_field(const Options& options) {
+void watch(const Arguments& arguments) {
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
   LightField field = require(LightField::make());
-  FieldProbes probes(options.uris);
+  FieldProbes probes(arguments.uris);
   const HostTime start{monotonic_now_ns()};
   const auto seconds = [&] { return (HostTime{monotonic_now_ns()} - start).seconds(); };
-  const double end = options.seconds > 0 ? options.seconds : std::numeric_limits<double>::infinity();
+  const double end = arguments.seconds > 0 ? arguments.seconds : std::numeric_limits<double>::infinity();
   bool any_light = false;
   for (double next = 1; interrupted == 0; next += 1) {
     while (interrupted == 0 && seconds() < std::min(next, end))
@@ -106,12 +131,26 @@ int run_field(const Options& options) {
     const std::vector<FieldProbes::Absent> absent = probes.feed(field);
     const auto state = field.update({monotonic_now_ns()});
     any_light = any_light || !state->probes.empty();
-    (options.json ? print_state : print_text)(*state, absent, seconds());
+    (arguments.json ? print_state : print_text)(*state, absent, seconds());
     if (seconds() >= end) break;
   }
-  if (!options.gltf.empty()) require(write_field_gltf(field, {monotonic_now_ns()}, options.gltf), kFile);
+  if (!arguments.gltf.empty()) require(write_field_gltf(field, {monotonic_now_ns()}, arguments.gltf), kFile);
   if (!any_light) fail(kNothingReceived, "no probe gave light with a pose");
-  return kOk;
 }
 
-}  // namespace lightwell::tool
+}  // namespace
+
+int main(int argc, char** argv) {
+  // As in the tool lightwell.
+  setenv("GRPC_VERBOSITY", "NONE", 0);
+  CLI::App app{"Lights in space, from several probes.", "lightwell-field"};
+  app.footer(kHelp);
+  app.set_version_flag("--version", std::string(version()));
+  Arguments arguments;
+  app.add_option("URI", arguments.uris, "Probes; mqtt://BROKER/TOPIC/+ stands for all at that level")->required();
+  app.add_option("--gltf", arguments.gltf, "Also write the last state to this glTF file");
+  app.add_option("--seconds", arguments.seconds, "Duration; without it, until Ctrl-C")->check(CLI::PositiveNumber);
+  app.add_flag("--json", arguments.json, "JSON, one object per line");
+  app.callback([&arguments] { watch(arguments); });
+  return parse(app, argc, argv);
+}
