@@ -32,14 +32,6 @@ Status wrong(const std::string& field, const std::string& rule) {
   return invalid_argument("object.json: \"" + field + "\" must be " + rule);
 }
 
-/// The pattern with {view} and {light} replaced by the numbers, from 0.
-std::string file_name(std::string pattern, std::size_t view, std::size_t light) {
-  for (const auto& [name, number] : {std::pair{std::string("{view}"), view}, {std::string("{light}"), light}})
-    for (std::size_t at = pattern.find(name); at != std::string::npos; at = pattern.find(name))
-      pattern.replace(at, name.size(), std::to_string(number));
-  return pattern;
-}
-
 Status read_number(const Json& json, const char* field, std::optional<float> missing, float& out) {
   if (!json.contains(field) && missing) {
     out = *missing;
@@ -127,6 +119,19 @@ Status read_linear(const std::string& path, const ObjectRig& rig, std::vector<Ra
 
 }  // namespace
 
+std::string file_name(std::string pattern, std::size_t view, std::size_t light) {
+  for (const auto& [name, number] : {std::pair{std::string("{view}"), view}, {std::string("{light}"), light}})
+    for (std::size_t at = pattern.find(name); at != std::string::npos; at = pattern.find(name))
+      pattern.replace(at, name.size(), std::to_string(number));
+  return pattern;
+}
+
+Result<std::array<int, 2>> picture_size(const std::string& path) {
+  const auto picture = read_picture(path, cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
+  if (!picture.ok()) return picture.status();
+  return std::array<int, 2>{picture->cols, picture->rows};
+}
+
 Result<Capture> read_capture(const std::string& folder) {
   const std::string path = folder + "/object.json";
   const auto text = read_named_file(path);
@@ -174,10 +179,10 @@ std::vector<std::string> missing_pictures(const Capture& capture) {
 }
 
 Status find_size(Capture& capture) {
-  const auto first = read_picture(capture.views[0].lit[0], cv::IMREAD_COLOR | cv::IMREAD_ANYDEPTH);
-  if (!first.ok()) return first.status();
-  capture.rig.columns = first->cols;
-  capture.rig.rows = first->rows;
+  const auto size = picture_size(capture.views[0].lit[0]);
+  if (!size.ok()) return size.status();
+  capture.rig.columns = (*size)[0];
+  capture.rig.rows = (*size)[1];
   return capture.rig.validate().in(capture.views[0].lit[0]);
 }
 

@@ -1,6 +1,7 @@
 // A folder of photographs of an object, and the data set made from it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <string>
 #include <vector>
@@ -20,6 +21,12 @@ struct Capture {
   ObjectRig rig;  ///< columns and rows are those of the first picture.
   std::vector<View> views;
 };
+
+/// The name of a picture: the pattern with {view} and {light} replaced by the numbers, from 0.
+[[nodiscard]] std::string file_name(std::string pattern, std::size_t view, std::size_t light);
+
+/// Columns and rows of a picture. data_loss if it is none.
+[[nodiscard]] Result<std::array<int, 2>> picture_size(const std::string& path);
 
 /// Reads object.json; its fields are those of README.md. No picture is opened. not_found without the file,
 /// invalid_argument, naming the field, for a wrong one.
