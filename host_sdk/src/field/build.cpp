@@ -153,7 +153,17 @@ bool leave_out_wrong_poses(Build& build, std::vector<FieldProbe>& probes) {
   return changed;
 }
 
-void fit_intensities(Build& build) {
+/// The normal of the geometry in whose surface a light is: too close to it for a ball of the light's radius.
+std::optional<Vec3d> surface_under(const Build& build, const Placed& light, const Proxy* proxy) {
+  if (proxy == nullptr || light.distant) return std::nullopt;
+  const double sigma = std::sqrt((light.covariance[0] + light.covariance[3] + light.covariance[5]) / 3);
+  const double reach = std::max(0.5 * light.radius, 2 * sigma);
+  for (const std::size_t m : light.members)
+    if (const auto normal = proxy->surface_at(light.position, build.observations[m].origin, reach)) return normal;
+  return std::nullopt;
+}
+
+void fit_intensities(Build& build, const Proxy* proxy) {
   constexpr double kIrradianceSigma = 0.05;
   for (Placed& light : build.lights) {
     std::vector<IntensityObservation> seen;
@@ -172,7 +182,7 @@ void fit_intensities(Build& build) {
       seen.push_back({-direction, e * static_cast<float>(distance * distance),
                       std::hypot(kIrradianceSigma, 2 * along / distance)});
     }
-    light.intensity = light.distant ? uniform_intensity(seen) : fit_intensity(seen);
+    light.intensity = light.distant ? uniform_intensity(seen) : fit_intensity(seen, surface_under(build, light, proxy));
   }
   std::ranges::stable_sort(build.lights, std::greater<>{}, [&](const Placed& light) {
     double best = 0;
@@ -259,7 +269,7 @@ std::shared_ptr<const FieldSnapshot> build_field(const std::vector<NamedSample>&
   if (leave_out_wrong_poses(build, state->probes)) build.match();
   constexpr int kRounds = 4;  // Whom one round leaves out bends the factors of the others in that round alone.
   for (int round = 0; round < kRounds && align_scales(build, state->probes); ++round) build.match();
-  fit_intensities(build);
+  fit_intensities(build, proxy.get());
 
   out->lights = shared_lights(build, before);
   std::vector<std::vector<std::size_t>> members;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Dense>
 
@@ -14,10 +15,28 @@ namespace {
 /// allowed, nearly zero for what is not.
 struct ShapePrior {
   double mean, gradient;
+  Vec3d facing{};  ///< Unit: the gradient is along it. Zero: any direction.
+  double log_odds = 0;
 };
-/// A ball, three that are brighter on one side, and a flat Lambertian emitter.
-constexpr std::array kShapes = {ShapePrior{1.5, 0.02}, ShapePrior{1.5, 0.1}, ShapePrior{1.5, 0.3}, ShapePrior{1.5, 1},
-                                ShapePrior{0.02, 1.5}};
+constexpr double kFree = 1.5, kNone = 0.02;
+/// One observation alone raises the evidence of a shape with a direction by up to 0.13 over that of a ball.
+constexpr double kFacingLogOdds = -0.2;
+/// A ball, three that are brighter on one side, a flat Lambertian emitter, and one that faces down, as lamps do.
+constexpr std::array kShapes = {ShapePrior{kFree, kNone}, ShapePrior{kFree, 0.1},
+                                ShapePrior{kFree, 0.3},   ShapePrior{kFree, 1},
+                                ShapePrior{kNone, kFree}, ShapePrior{kNone, kFree, {0, -1, 0}, kFacingLogOdds}};
+/// A light in the surface of the geometry shines from that surface, unless the observations say otherwise.
+constexpr double kSurfaceLogOdds = 5;
+
+/// Of (mean, gradient).
+Eigen::Matrix4d covariance_of(const ShapePrior& shape) {
+  Eigen::Matrix4d out = Eigen::Matrix4d::Zero();
+  out(0, 0) = shape.mean * shape.mean;
+  const Eigen::Vector3d n{shape.facing.x, shape.facing.y, shape.facing.z};
+  const double along = shape.gradient * shape.gradient, across = n.isZero() ? along : kNone * kNone;
+  out.bottomRightCorner<3, 3>() = across * Eigen::Matrix3d::Identity() + (along - across) * n * n.transpose();
+  return out;
+}
 
 Eigen::Vector4d features(Vec3d w) { return {1, w.x, w.y, w.z}; }
 
@@ -31,8 +50,8 @@ struct Posterior {
 
 Posterior regress(std::span<const IntensityObservation> observations, double scale, const ShapePrior& shape) {
   Posterior out;
-  const Eigen::Vector4d sigma{shape.mean, shape.gradient, shape.gradient, shape.gradient};
-  Eigen::Matrix4d information = sigma.cwiseProduct(sigma).cwiseInverse().asDiagonal();
+  const Eigen::Matrix4d prior = covariance_of(shape);
+  Eigen::Matrix4d information = prior.inverse();
   Eigen::Matrix<double, 4, 3> right = Eigen::Matrix<double, 4, 3>::Zero();
   Eigen::Vector4d right_luminance = Eigen::Vector4d::Zero();
   double square = 0;
@@ -47,9 +66,9 @@ Posterior regress(std::span<const IntensityObservation> observations, double sca
   out.covariance = information.inverse();
   out.color = out.covariance * right;
   out.luminance = out.covariance * right_luminance;
-  out.log_evidence = (std::log(out.covariance.determinant()) - 2 * sigma.array().log().sum() - square +
-                      right_luminance.dot(out.luminance)) /
-                     2;
+  out.log_evidence =
+      shape.log_odds +
+      (std::log(out.covariance.determinant() / prior.determinant()) - square + right_luminance.dot(out.luminance)) / 2;
   double misfit = 0;
   for (const IntensityObservation& o : observations) {
     const double r = luminance_of(o.intensity) / scale - features(o.from_light).dot(out.luminance);
@@ -76,15 +95,17 @@ double IntensityModel::sigma(Vec3d w) const {
   return scale * std::sqrt(std::max(sum, 0.0));
 }
 
-IntensityModel fit_intensity(std::span<const IntensityObservation> observations) {
+IntensityModel fit_intensity(std::span<const IntensityObservation> observations, std::optional<Vec3d> surface_normal) {
   IntensityModel out;
   for (const IntensityObservation& o : observations)
     out.scale += luminance_of(o.intensity) / static_cast<double>(observations.size());
   if (!(out.scale > 0)) return out;
-  std::array<Posterior, kShapes.size()> all;
+  std::vector<ShapePrior> shapes(kShapes.begin(), kShapes.end());
+  if (surface_normal) shapes.push_back({kNone, kFree, *surface_normal, kSurfaceLogOdds});
+  std::vector<Posterior> all;
   std::size_t best = 0;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    all[k] = regress(observations, out.scale, kShapes[k]);
+  for (std::size_t k = 0; k < shapes.size(); ++k) {
+    all.push_back(regress(observations, out.scale, shapes[k]));
     // Where they are equal, as of one observation, a ball.
     if (all[k].log_evidence > all[best].log_evidence + 1e-3) best = k;
   }

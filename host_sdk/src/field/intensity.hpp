@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include <lightwell/color.hpp>
@@ -32,8 +33,10 @@ struct IntensityModel {
 
 /// Bayesian linear regression with several Gaussian priors, from a ball to a flat emitter. The model is that of the
 /// largest evidence, so that few observations that agree give a ball; its covariance is averaged over all priors by
-/// their evidence, with the observations' variance raised to their misfit. At least one observation.
-[[nodiscard]] IntensityModel fit_intensity(std::span<const IntensityObservation> observations);
+/// their evidence, with the observations' variance raised to their misfit. At least one observation. `surface_normal`:
+/// of the geometry in whose surface the light is, towards where it is seen from.
+[[nodiscard]] IntensityModel fit_intensity(std::span<const IntensityObservation> observations,
+                                           std::optional<Vec3d> surface_normal);
 
 /// The same for a light whose intensity does not depend on direction, or is not known to.
 [[nodiscard]] IntensityModel uniform_intensity(std::span<const IntensityObservation> observations);

@@ -29,6 +29,10 @@ class Proxy {
   /// Whether something is between two points, not counting `margin_m` at both ends.
   [[nodiscard]] bool occluded(Vec3d from, Vec3d to, double margin_m) const;
 
+  /// The unit normal, towards `from`, of the surface that a ray from there hits within `reach_m` of `at`; nullopt if it
+  /// hits none there.
+  [[nodiscard]] std::optional<Vec3d> surface_at(Vec3d at, Vec3d from, double reach_m) const;
+
   static constexpr std::uint32_t kNoTexel = 0xFFFFFFFF;
   /// The texels that rays from `origin` hit first; kNoTexel where one hits nothing. A multiple of 16 directions.
   void first_texels(Vec3d origin, std::span<const Vec3f> directions, std::span<std::uint32_t> out) const;

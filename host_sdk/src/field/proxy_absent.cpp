@@ -19,6 +19,8 @@ Result<std::shared_ptr<const Proxy>> Proxy::make(const FieldGeometry&) {
 
 bool Proxy::occluded(Vec3d, Vec3d, double) const { return false; }
 
+std::optional<Vec3d> Proxy::surface_at(Vec3d, Vec3d, double) const { return std::nullopt; }
+
 void Proxy::first_texels(Vec3d, std::span<const Vec3f>, std::span<std::uint32_t> out) const {
   for (std::uint32_t& texel : out) texel = kNoTexel;
 }

@@ -77,25 +77,50 @@ Result<std::shared_ptr<const Proxy>> Proxy::make(const FieldGeometry& geometry) 
   return std::shared_ptr<const Proxy>(std::move(out));
 }
 
+namespace {
+
+/// `direction` is a unit vector.
+RTCRay ray_of(Vec3d origin, Vec3d direction, double near, double far) {
+  RTCRay ray{};
+  ray.org_x = static_cast<float>(origin.x);
+  ray.org_y = static_cast<float>(origin.y);
+  ray.org_z = static_cast<float>(origin.z);
+  ray.dir_x = static_cast<float>(direction.x);
+  ray.dir_y = static_cast<float>(direction.y);
+  ray.dir_z = static_cast<float>(direction.z);
+  ray.tnear = static_cast<float>(near);
+  ray.tfar = static_cast<float>(far);
+  ray.mask = 0xFFFFFFFF;
+  return ray;
+}
+
+}  // namespace
+
 bool Proxy::occluded(Vec3d from, Vec3d to, double margin_m) const {
   const Vec3d gap = to - from;
   const double distance = length(gap);
   if (!(distance > 2 * margin_m)) return false;
-  const Vec3f d = vec_cast<float>(gap * (1 / distance));
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  RTCRay ray{};
-  ray.org_x = static_cast<float>(from.x);
-  ray.org_y = static_cast<float>(from.y);
-  ray.org_z = static_cast<float>(from.z);
-  ray.dir_x = d.x;
-  ray.dir_y = d.y;
-  ray.dir_z = d.z;
-  ray.tnear = static_cast<float>(margin_m);
-  ray.tfar = static_cast<float>(distance - margin_m);
-  ray.mask = 0xFFFFFFFF;
+  RTCRay ray = ray_of(from, gap * (1 / distance), margin_m, distance - margin_m);
   rtcOccluded1(scene_->scene, &context, &ray);
   return ray.tfar < 0;
+}
+
+std::optional<Vec3d> Proxy::surface_at(Vec3d at, Vec3d from, double reach_m) const {
+  const Vec3d gap = at - from;
+  const double distance = length(gap);
+  if (!(distance > reach_m)) return std::nullopt;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit hit{};
+  hit.ray = ray_of(from, gap * (1 / distance), 1e-4, distance + reach_m);
+  hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect1(scene_->scene, &context, &hit);
+  if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID || static_cast<double>(hit.ray.tfar) < distance - reach_m)
+    return std::nullopt;
+  const Vec3d normal = normalized(Vec3d{hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z});
+  return dot(normal, gap) > 0 ? -normal : normal;
 }
 
 void Proxy::first_texels(Vec3d origin, std::span<const Vec3f> directions, std::span<std::uint32_t> out) const {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include <lightwell/cap.hpp>
@@ -20,6 +21,7 @@ constexpr double kConfidence = 2;    // Standard deviations of the bound, 95 %.
 constexpr double kLargestBound = 1;  // Beyond, a bound says nothing.
 constexpr double kSmallestDistance_m = 0.05;
 constexpr double kOccluderMargin_m = 0.03;
+constexpr double kWide = 0.2;            // Radius by distance from which the shape of a flat emitter matters.
 constexpr double kContributes = 0.1;     // Weight from which a probe's age, flags and contradictions count.
 constexpr std::size_t kMomentCount = 9;  // Coefficients up to band 2: 99 % of the energy of a clamped cosine.
 
@@ -145,6 +147,7 @@ class Query {
       const double clear = std::max({distance, s.radius, kSmallestDistance_m});
       direction = distance > 1e-9 ? to * (1 / distance) : Vec3d{0, 1, 0};
       here.light.irradiance = s.intensity.towards(-direction) * static_cast<float>(1 / (clear * clear));
+      if (s.radius > kWide * clear) near_flat_emitter(s, direction, here.light.irradiance);
       here.light.angular_radius_rad = static_cast<float>(std::asin(std::min(s.radius / clear, 1.0)));
       const double along2 = std::max(quadratic(s.covariance, direction, direction), 0.0);
       turn2 = std::max(3 * place2 - along2, 0.0) / (2 * clear * clear);
@@ -167,6 +170,29 @@ class Query {
     here.variance = free * free * kCosineSquare *
                     (seen * seen * (std::min(spread2, 1.0) + 2 * std::min(turn2, 1.0)) + part_variance);
     sink(here);
+  }
+
+  /// Close to a flat emitter: the vector irradiance of its disc as that of five of its points.
+  void near_flat_emitter(const SharedLight& s, Vec3d& direction, Irradiance& irradiance) const {
+    const auto& g = s.intensity.gradient;
+    const Vec3d gradient{luminance_of(g[0]), luminance_of(g[1]), luminance_of(g[2])};
+    if (!(length(gradient) > luminance_of(s.intensity.mean))) return;
+    const auto [u, v] = tangent_basis(normalized(gradient));
+    const double r = s.radius * std::numbers::sqrt2 / 2;  // Of the annulus with the same second moment.
+    Irradiance sum;
+    Vec3d toward;
+    for (const auto& [a, b] : {std::pair{0.0, 0.0}, {r, 0.0}, {-r, 0.0}, {0.0, r}, {0.0, -r}}) {
+      const Vec3d to = s.position + u * a + v * b - position_;
+      const double distance = std::max(length(to), kSmallestDistance_m);
+      const Irradiance part =
+          s.intensity.towards(to * (-1 / distance)) * static_cast<float>(0.2 / (distance * distance));
+      sum += part;
+      toward += to * (luminance_of(part) / distance);
+    }
+    const double all = luminance_of(sum);
+    if (!(all > 0) || toward == Vec3d{}) return;
+    direction = normalized(toward);
+    irradiance = sum * static_cast<float>(length(toward) / all);
   }
 
   static double relative_square(const SharedLight& s, Vec3d from_light) {

@@ -101,6 +101,25 @@ TEST(LightFieldGeometryTest, ABrightWallIsBrighterNearIt) {
   EXPECT_LT(error(places[0]), 0.01F);
 }
 
+TEST(LightFieldGeometryTest, ALightInAWallShinesAlongTheWallsNormal) {
+  // Two probes: without the wall they do not tell where the window faces.
+  const Disc window{{2, 1.5, 0}, {-1, 0, 0}, 0.4, 5};
+  const std::vector<Vec3d> places{{0, 1.2, 1}, {0.5, 1.4, -0.8}};
+  LightField field = field_of(window, places);
+  const std::vector<Vec3f> wall{{2, 0, -3}, {2, 0, 3}, {2, 3, 3}, {2, 3, -3}};
+  const std::vector<std::uint32_t> indices{0, 1, 2, 0, 2, 3};
+  ASSERT_TRUE(field.set_geometry({wall, indices}).ok());
+  (void)field.update({});
+  const auto state = field.state();
+  ASSERT_EQ(state->lights.size(), 1U);
+  const auto& g = state->lights[0].intensity_gradient;
+  EXPECT_LT(g[0].g, 0);
+  EXPECT_LT(std::hypot(g[1].g, g[2].g), -0.1F * g[0].g);
+  // Along the wall it is dark, before it bright.
+  EXPECT_LT(irradiance_error(field, window, {1.2, 1.5, 0.2}), 0.15);
+  EXPECT_LT(irradiance_error(field, window, {1.7, 1.2, 1.5}), 0.25);
+}
+
 TEST(LightFieldGeometryTest, GeometryIsChecked) {
   LightField field = std::move(LightField::make().value());
   Table table(1);

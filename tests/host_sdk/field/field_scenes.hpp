@@ -1,7 +1,9 @@
 // Lamps in space, and what ideal probes see of them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -103,6 +105,52 @@ inline const FieldProbe& probe_named(const FieldState& state, const std::string&
     if (probe.name == name) return probe;
   static const FieldProbe none;
   return none;
+}
+
+/// A Lambertian disc, by the vector irradiance of its parts.
+struct Disc {
+  Vec3d center, normal;
+  double radius_m = 0.3, radiance = 10;
+
+  /// As a probe sees it: one light, whose cap has the disc's second moment.
+  [[nodiscard]] Light seen_from(Vec3d point) const {
+    constexpr int kRings = 24, kSectors = 48;
+    const auto [u, v] = tangent_basis(normal);
+    Vec3d sum;
+    for (int i = 0; i < kRings; ++i)
+      for (int k = 0; k < kSectors; ++k) {
+        const double r = radius_m * std::sqrt((i + 0.5) / kRings), a = 2 * std::numbers::pi * (k + 0.5) / kSectors;
+        const Vec3d to = center + u * (r * std::cos(a)) + v * (r * std::sin(a)) - point;
+        const double area = std::numbers::pi * radius_m * radius_m / (kRings * kSectors);
+        sum += normalized(to) * (radiance * area * std::max(0.0, -dot(normalized(to), normal)) / dot(to, to));
+      }
+    Light out;
+    const float e = static_cast<float>(length(sum));
+    out.direction = vec_cast<float>(normalized(sum));
+    out.irradiance = {e, e, e};
+    out.angular_radius_rad = static_cast<float>(std::atan(radius_m / length(center - point)));
+    out.direction_covariance = {1e-7F, 0, 1e-7F};
+    return out;
+  }
+};
+
+/// A field of probes that see the emitter, and little else.
+inline LightField field_of(const Disc& disc, const std::vector<Vec3d>& places) {
+  LightField out = std::move(LightField::make().value());
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    Descriptor d = FieldScene{.ambient = 0.02F}.at(places[k]);
+    d.lights.push_back(disc.seen_from(places[k]));
+    (void)out.set(name_of(k), sample_at(places[k], d));
+  }
+  (void)out.update({});
+  return out;
+}
+
+/// Of the strongest light at a point, relative.
+inline double irradiance_error(const LightField& field, const Disc& disc, Vec3d point) {
+  const double truth = static_cast<double>(disc.seen_from(point).irradiance.g);
+  const auto primary = field.at(point, {}).light.primary_light();
+  return primary ? std::abs(static_cast<double>(primary->irradiance.g) - truth) / truth : 1;
 }
 
 }  // namespace lightwell::test
