@@ -26,6 +26,8 @@ struct BlockSums {
   /// Over the blocks with motion between exposures: integral of luminance, or that of the difference if that is more.
   double motion_luminance = 0;
   std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
+  /// By block, its part of `noise` and of `bias`; filled by the passes that can leave blocks out.
+  std::vector<float> block_noise, block_bias;
   ReadStatistics counts;
 
   explicit BlockSums(const BlockLayout& layout)
@@ -34,7 +36,9 @@ struct BlockSums {
         offset_x(layout.size()),
         offset_y(layout.size()),
         exposures(layout.size()),
-        clipped(layout.size()) {}
+        clipped(layout.size()),
+        block_noise(layout.size()),
+        block_bias(layout.size()) {}
   void clear_totals() {
     clipped_sr = noise = bias = motion_luminance = 0;
     counts = {};

@@ -1,8 +1,8 @@
 // Interleaved sampling: each frame reads a part of the runs of blocks, in a rotation of N frames. What was read is
 // kept, with its projection, so that constant light has no other error than a full frame.
 //
-//   read       the runs of one group of N; those that hold the brightest blocks of a light (watched); all of them in
-//              the first frame, after a pause, where the clock does not advance, and while light changes
+//   read       the runs of one group of N; the blocks with the cores of lights, and those around them (watched); all
+//              blocks in the first frame, after a pause, where the clock does not advance, and while light changes
 //   change     the projection of a group minus that of its last reading, N frames ago; its RMS irradiance counts beyond
 //              kNoiseSigmas of the two readings' noise
 //   stale      groups are spread evenly over the sphere. Where one has changed, each of the others is assumed to have
@@ -10,8 +10,8 @@
 //              the runs that were not read
 //   refresh    where it exceeds kMaxStale of all light, the next frame reads everything
 //
-// A lamp that is switched on in a run that is not watched is read after N - 1 frames at the latest; in the next frame,
-// where its light on other surfaces is seen.
+// A lamp that is switched on in a block that is not watched is read after N - 1 frames at the latest; in the next
+// frame, where its light on other surfaces is seen.
 #pragma once
 
 #include <cstddef>
@@ -23,37 +23,43 @@
 
 #include "estimate/common/cells.hpp"
 #include "estimate/frames/block_layout.hpp"
-#include "estimate/panorama/code_pass.hpp"
+#include "estimate/panorama/blocks.hpp"
 
 namespace lightwell::estimate {
 
 /// Not thread-safe. Allocates when the first rotation begins.
 class RunRotation {
  public:
-  /// Refers to all arguments.
-  RunRotation(const CodePass& pass, const BlockLayout& layout, const CellGrid& grid);
+  /// Refers to `grid`.
+  RunRotation(const BlockLayout& layout, const CellGrid& grid);
 
-  /// By number of a run, whether this frame reads it. `interleave`: N, 2 or more. `time`: mid-exposure.
+  /// By block, whether this frame reads it. `interleave`: N, 2 or more. `time`: mid-exposure.
   [[nodiscard]] std::span<const std::uint8_t> begin_frame(int interleave, ProbeTime time);
 
-  /// The blocks of a run are cells `begin` to before `end`.
+  /// Neighbouring blocks with solid angle of a row of blocks, at most kMaxPixels wide: `begin` to before `end`.
   struct Run {
     std::size_t begin, end;
     std::uint32_t position;  ///< In the order of groups: its group is `position` modulo N.
   };
+  static constexpr int kMaxPixels = 192;
   [[nodiscard]] std::span<const Run> runs() const { return runs_; }
+  /// Numbers of the runs of which this frame reads blocks.
+  [[nodiscard]] std::span<const std::uint32_t> changed() const { return changed_; }
 
-  /// Once for each run that was read, after the pass: its light, and that which is off the middle of its blocks.
-  void set(std::size_t run, std::span<const CellSum> sums, std::span<const CellGrid::CentroidOverride> overrides,
+  /// Once for each of these, after the pass: `overrides` and `centroid_offset` of its blocks.
+  void set(std::size_t run, const BlockSums& blocks, std::span<const CellGrid::CentroidOverride> overrides,
            double centroid_offset);
-  /// After the last set(): the projection of all runs.
-  void project(Projection& out);
   /// Of all runs, as given to set().
-  [[nodiscard]] double centroid_offset() const;
+  struct Sums {
+    double noise = 0, bias = 0, clipped_sr = 0;  ///< As in BlockSums.
+    double centroid_offset = 0;
+  };
+  /// After the last set(): the projection of all runs, and their sums.
+  Sums finish_frame(Projection& out);
   /// RMS irradiance that the light of the runs that were not read may have changed by.
   [[nodiscard]] double stale() const;
 
-  /// Blocks with the brightest pixels of the frame's lights: the next frame reads their runs.
+  /// The next frame reads these blocks. Those of the last call are forgotten.
   void watch(std::span<const std::uint32_t> blocks);
   /// The next frame reads all runs, as the first one. For frames that were read without a rotation.
   void restart() { started_ = false; }
@@ -61,14 +67,19 @@ class RunRotation {
  private:
   /// RMS irradiance beyond the noise of two readings, whose variance (IntegrationErrors::noise) is `noise`.
   [[nodiscard]] static double change_of(const CellGrid::Totals& difference, double noise);
+  [[nodiscard]] bool in_group(std::size_t run) const {
+    return runs_[run].position % static_cast<std::uint32_t>(interleave_) == group_;
+  }
 
-  const CodePass& pass_;
   const CellGrid& grid_;
   std::vector<Run> runs_;
-  std::vector<std::uint32_t> run_of_block_;
-  std::vector<std::uint8_t> read_, watched_;
-  std::vector<std::array<std::array<float, kRowCount>, 3>> projections_;  ///< By run.
-  std::vector<double> centroid_offsets_;                                  ///< By run.
+  std::vector<std::uint32_t> run_of_block_, changed_;
+  std::vector<std::uint8_t> read_;      ///< By block.
+  std::vector<std::uint8_t> has_read_;  ///< By run, whether it is in changed_.
+  std::vector<std::uint32_t> watched_;
+  std::vector<std::uint8_t> is_watched_;              ///< By block.
+  std::vector<CellGrid::PartialTotals> projections_;  ///< By run.
+  std::vector<Sums> sums_;                            ///< By run.
   CellGrid::Totals total_{}, difference_{};
   double difference_noise_ = 0;
   std::vector<double> stale_;  ///< By group, RMS irradiance.

@@ -111,6 +111,7 @@ class SphereIntegrator {
   FrameIntegral integral_;
   Projection unseen_projection_;
   double pixel_rad_;
+  std::vector<double> lens_sr_;                   ///< By lens, solid angle of its blocks.
   std::vector<float> offset_luminance_;           ///< By block, luminance times pixels from the middle.
   std::vector<std::uint32_t> offset_blocks_;      ///< Blocks with centroid correction, and one unused element.
   std::vector<BilinearSample> bilinear_samples_;  ///< Of these blocks.

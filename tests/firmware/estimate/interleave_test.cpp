@@ -2,6 +2,7 @@
 // frame or said by the bound, and nothing drifts.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "estimate/panorama/run_rotation.hpp"
 #include "scenes.hpp"
@@ -158,6 +159,22 @@ TEST_F(Interleaved, ALampThatIsSwitchedOffIsGoneInTheSameFrame) {
   EXPECT_LT(b.error(), b.got.bound.total);
 }
 
+TEST_F(Interleaved, ALampThatMovesIsFollowed) {
+  // 30 degrees per second, through the overlap of the lenses, in a room that it does not light.
+  const auto lamp_at = [](int frame) {
+    const double turn = frame * std::numbers::pi / 180 - 0.35;
+    return Vec3d{std::cos(turn), 0.2, std::sin(turn)};
+  };
+  Shots start = shots([&](Vec3d d) { return plus_lamp(room(d), d, lamp_at(0)); });
+  settle(start);
+  for (int i = 1; i <= 40; ++i) {
+    Shots now = shots([&](Vec3d d) { return plus_lamp(room(d), d, lamp_at(i)); });
+    const Both b = next(now);
+    EXPECT_LT(b.error(), b.got.bound.total) << "frame " << i;
+    EXPECT_LT(b.error(), 5e-3) << "frame " << i;
+  }
+}
+
 TEST_F(Interleaved, LightThatChangesEverywhereIsReadInTheNextFrame) {
   for (const float factor : {0.98F, 0.7F, 0.1F}) {
     Shots before = shots(room), after = shots([factor](Vec3d d) { return room(d) * factor; });
@@ -227,25 +244,52 @@ TEST(RunRotation, ReadsEachRunOnceInARotation) {
   const RigTable table = *make_rig_table(rig);
   const BlockLayout layout(table, 8);
   const CellGrid grid = layout.make_grid(table);
-  const CodePass pass(rig, table, layout);
   for (const int n : {2, 4, 8, 16}) {
-    RunRotation rotation(pass, layout, grid);
-    std::vector<int> times(rotation.runs().size());
-    ASSERT_GT(times.size(), 100U);
+    RunRotation rotation(layout, grid);
+    ASSERT_GT(rotation.runs().size(), 100U);
+    std::vector<int> times(layout.size());
+    std::ptrdiff_t visible = 0;
     Projection projection;
     for (int frame = 0; frame <= n; ++frame) {
       const auto read = rotation.begin_frame(n, {frame * kFrame_ns + 1});
       const auto count = std::ranges::count(read, 1);
       if (frame == 0) {
-        EXPECT_EQ(count, static_cast<std::ptrdiff_t>(times.size())) << "the first frame is whole";
+        visible = count;
+        EXPECT_EQ(rotation.changed().size(), rotation.runs().size()) << "the first frame is whole";
+        for (std::size_t block = 0; block < layout.size(); ++block) EXPECT_EQ(read[block], grid.solid_angle(block) > 0);
       } else {
-        EXPECT_NEAR(static_cast<double>(count) * n / static_cast<double>(times.size()), 1, 0.3);
-        for (std::size_t run = 0; run < times.size(); ++run) times[run] += read[run];
+        EXPECT_NEAR(static_cast<double>(count) * n / static_cast<double>(visible), 1, 0.3);
+        for (std::size_t block = 0; block < times.size(); ++block) times[block] += read[block];
       }
-      rotation.project(projection);
+      (void)rotation.finish_frame(projection);
     }
-    EXPECT_EQ(std::ranges::count(times, 1), static_cast<std::ptrdiff_t>(times.size())) << n;
+    EXPECT_EQ(std::ranges::count(times, 1), visible) << n;
   }
+}
+
+TEST(RunRotation, ReadsWatchedBlocksAloneOfTheirRuns) {
+  using namespace estimate;
+  const RigParameters rig = rig_of("pair", 480, 360, PixelFormat::rgb8);
+  const RigTable table = *make_rig_table(rig);
+  const BlockLayout layout(table, 8);
+  const CellGrid grid = layout.make_grid(table);
+  RunRotation rotation(layout, grid);
+  Projection projection;
+  (void)rotation.begin_frame(16, {1});
+  (void)rotation.finish_frame(projection);
+  const auto middle = static_cast<std::uint32_t>(layout.block_of(1, 240, 180));
+  const std::uint32_t watched[] = {middle, middle + 1, middle, 0};
+  ASSERT_EQ(grid.solid_angle(0), 0) << "the corner of a picture";
+  rotation.watch(watched);
+  std::ptrdiff_t fewest = static_cast<std::ptrdiff_t>(layout.size());
+  for (int frame = 1; frame <= 16; ++frame) {
+    const auto read = rotation.begin_frame(16, {frame * kFrame_ns});
+    EXPECT_EQ(read[middle] + read[middle + 1], 2);
+    EXPECT_EQ(read[0], 0);
+    fewest = std::min<std::ptrdiff_t>(fewest, read[middle - 1] + read[middle + 2]);
+    (void)rotation.finish_frame(projection);
+  }
+  EXPECT_EQ(fewest, 0);
 }
 
 }  // namespace
