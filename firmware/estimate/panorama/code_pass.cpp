@@ -246,18 +246,6 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   lenses_.push_back(std::move(plan));
 }
 
-namespace {
-
-/// End of the elements from `first` on, before `end`, that equal the first.
-int end_of_equal(std::span<const std::uint8_t> values, int first, int end) {
-  const auto from = values.begin() + first;
-  return first +
-         static_cast<int>(
-             std::find_if(from, values.begin() + end, [v = *from](std::uint8_t other) { return other != v; }) - from);
-}
-
-}  // namespace
-
 void CodePass::run(const Frame& frame, std::span<const std::uint8_t> read, BlockSums& out) {
   out.clear_totals();
   const auto radiance_per_linear = static_cast<float>(1 / (frame.info.exposure_s * frame.info.gain));
@@ -267,13 +255,14 @@ void CodePass::run(const Frame& frame, std::span<const std::uint8_t> read, Block
       const int rows = std::min(layout_.edge(), view.height - top);
       const std::size_t row = layout_.block_of(view.lens, 0, top);
       for (const WeightRun& run : weights_.runs(view.lens, top / layout_.edge())) {
-        for (BlockRange next{run.blocks.first, run.blocks.end}; next.first < run.blocks.end; next.first = next.end) {
-          next.end = read.empty() ? run.blocks.end : end_of_equal(read.subspan(row), next.first, run.blocks.end);
-          if (!read.empty() && read[row + static_cast<std::size_t>(next.first)] == 0) continue;
-          const Strip strip{view, plan, top, rows, run, next};
-          sum_strip(strip);
-          finish_strip(strip, radiance_per_linear, out);
-        }
+        const auto column = [row](std::size_t block) { return static_cast<int>(block - row); };
+        for_each_read(read, row + static_cast<std::size_t>(run.blocks.first),
+                      row + static_cast<std::size_t>(run.blocks.end), [&](std::size_t first, std::size_t last) {
+                        const Strip strip{view, plan, top, rows, run, {column(first), column(last)}};
+                        sum_strip(strip);
+                        finish_strip(strip, radiance_per_linear, out);
+                        std::fill(&out.block_motion[first], out.block_motion.data() + last, 0.0F);
+                      });
       }
     }
   }

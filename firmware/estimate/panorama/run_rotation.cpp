@@ -57,8 +57,7 @@ std::span<const std::uint8_t> RunRotation::begin_frame(int interleave, ProbeTime
   }
   last_ = time;
   group_ = (group_ + 1) % static_cast<std::uint32_t>(interleave);
-  difference_ = {};
-  difference_noise_ = 0;
+  of_group_ = of_watched_ = {};
   std::ranges::fill(read_, std::uint8_t{0});
   std::ranges::fill(has_read_, std::uint8_t{0});
   changed_.clear();
@@ -94,30 +93,33 @@ void RunRotation::set(std::size_t run, const BlockSums& blocks, std::span<const 
     sums.noise += static_cast<double>(blocks.block_noise[block]);
     sums.bias += static_cast<double>(blocks.block_bias[block]);
     sums.clipped_sr += static_cast<double>(blocks.clipped[block]);
+    sums.motion_luminance += static_cast<double>(blocks.block_motion[block]);
   }
   add_change(total_);
-  if (in_group(run)) {
-    add_change(difference_);
+  if (in_group(run) || !all_) {
+    Difference& difference = in_group(run) ? of_group_ : of_watched_;
+    add_change(difference.light);
     // The noise of this reading; that of the last one was about the same.
-    difference_noise_ += 2 * sums.noise;
+    difference.noise += 2 * sums.noise;
   }
   kept = light;
   sums_[run] = sums;
 }
 
-double RunRotation::change_of(const CellGrid::Totals& difference, double noise) {
+double RunRotation::change_of(const Difference& difference) {
   Projection change;
   for (std::size_t i = 0; i < kRowCount; ++i)
-    for (std::size_t k = 0; k < 3; ++k) change.c[i][k] = difference[k][i];
+    for (std::size_t k = 0; k < 3; ++k) change.c[i][k] = difference.light[k][i];
   const IrradianceRms irradiance = irradiance_rms(change);
   const double largest = std::max(irradiance.plain, irradiance.weighted);
-  return largest > kNoiseSigmas * noise_rms({.noise = noise}) ? largest : 0;
+  return largest > kNoiseSigmas * noise_rms({.noise = difference.noise}) ? largest : 0;
 }
 
 RunRotation::Sums RunRotation::finish_frame(Projection& out) {
   grid_.fit(total_, out);
-  const double change = started_ ? kGroupMargin * change_of(difference_, difference_noise_) : 0;
+  const double change = started_ ? kGroupMargin * change_of(of_group_) : 0;
   started_ = true;
+  stale_lights_ = all_ ? 0 : stale_lights_ + kGroupMargin * unread_ * change_of(of_watched_);
   for (double& stale : stale_) stale = all_ ? 0 : std::max(stale, change);
   stale_[group_] = 0;
   const IrradianceRms scene = irradiance_rms(out);
@@ -129,14 +131,16 @@ RunRotation::Sums RunRotation::finish_frame(Projection& out) {
     all.noise += of_run.noise;
     all.bias += of_run.bias;
     all.clipped_sr += of_run.clipped_sr;
+    all.motion_luminance += of_run.motion_luminance;
     all.centroid_offset += of_run.centroid_offset;
   }
   return all;
 }
 
-double RunRotation::stale() const { return std::accumulate(stale_.begin(), stale_.end(), 0.0); }
+double RunRotation::stale() const { return std::accumulate(stale_.begin(), stale_.end(), stale_lights_); }
 
-void RunRotation::watch(std::span<const std::uint32_t> blocks) {
+void RunRotation::watch(std::span<const std::uint32_t> blocks, double unread) {
+  unread_ = unread;
   for (const std::uint32_t block : watched_) is_watched_[block] = 0;
   watched_.clear();
   for (const std::uint32_t block : blocks) {

@@ -7,7 +7,8 @@
 //              kNoiseSigmas of the two readings' noise
 //   stale      groups are spread evenly over the sphere. Where one has changed, each of the others is assumed to have
 //              changed by kGroupMargin as much, until it is read. The sum of these irradiances is the possible error of
-//              the runs that were not read
+//              the runs that were not read. Where watched blocks have changed, the rest of their lights is assumed to
+//              have changed with them
 //   refresh    where it exceeds kMaxStale of all light, the next frame reads everything
 //
 // A lamp that is switched on in a block that is not watched is read after N - 1 frames at the latest; in the next
@@ -51,7 +52,7 @@ class RunRotation {
            double centroid_offset);
   /// Of all runs, as given to set().
   struct Sums {
-    double noise = 0, bias = 0, clipped_sr = 0;  ///< As in BlockSums.
+    double noise = 0, bias = 0, clipped_sr = 0, motion_luminance = 0;  ///< As in BlockSums.
     double centroid_offset = 0;
   };
   /// After the last set(): the projection of all runs, and their sums.
@@ -59,14 +60,16 @@ class RunRotation {
   /// RMS irradiance that the light of the runs that were not read may have changed by.
   [[nodiscard]] double stale() const;
 
-  /// The next frame reads these blocks. Those of the last call are forgotten.
-  void watch(std::span<const std::uint32_t> blocks);
+  /// The next frame reads these blocks of lights. Those of the last call are forgotten. `unread`: light of other blocks
+  /// relative to that of these, the largest of all lights.
+  void watch(std::span<const std::uint32_t> blocks, double unread);
   /// The next frame reads all runs, as the first one. For frames that were read without a rotation.
   void restart() { started_ = false; }
 
  private:
-  /// RMS irradiance beyond the noise of two readings, whose variance (IntegrationErrors::noise) is `noise`.
-  [[nodiscard]] static double change_of(const CellGrid::Totals& difference, double noise);
+  struct Difference;
+  /// RMS irradiance beyond the noise.
+  [[nodiscard]] static double change_of(const Difference& difference);
   [[nodiscard]] bool in_group(std::size_t run) const {
     return runs_[run].position % static_cast<std::uint32_t>(interleave_) == group_;
   }
@@ -80,9 +83,16 @@ class RunRotation {
   std::vector<std::uint8_t> is_watched_;              ///< By block.
   std::vector<CellGrid::PartialTotals> projections_;  ///< By run.
   std::vector<Sums> sums_;                            ///< By run.
-  CellGrid::Totals total_{}, difference_{};
-  double difference_noise_ = 0;
+  /// Sum of changes, and of the noise of both readings.
+  struct Difference {
+    CellGrid::Totals light{};
+    double noise = 0;
+  };
+  CellGrid::Totals total_{};
+  Difference of_group_, of_watched_;
   std::vector<double> stale_;  ///< By group, RMS irradiance.
+  double stale_lights_ = 0;    ///< The same of the parts of lights that are not watched.
+  double unread_ = 0;
   int interleave_ = 0;
   std::uint32_t group_ = 0;  ///< Of this frame.
   bool started_ = false;     ///< The last frame belongs to the rotation.

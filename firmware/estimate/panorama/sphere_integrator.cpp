@@ -168,15 +168,16 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
   unsigned present = 0;
   for (int lens = 0; lens < layout_.lens_count(); ++lens)
     if (reader.has(lens)) present |= 1U << lens;
-  const bool codes = code_pass_.supports(bracket);
-  const bool rotates = codes && interleave > 1 && present == (1U << layout_.lens_count()) - 1;
-  if (!rotates) rotation_.restart();
+  const bool codes = code_pass_.supports(bracket), merges = bracket_pass_.supports(bracket);
+  const bool rotates = (codes || merges) && interleave > 1 && present == (1U << layout_.lens_count()) - 1;
+  if (!rotates || bracket.size() != exposure_count_) rotation_.restart();
+  exposure_count_ = bracket.size();
   std::span<const std::uint8_t> read;
   if (rotates) read = rotation_.begin_frame(interleave, bracket.front().info.mid_exposure);
   if (codes) {
     code_pass_.run(bracket[0], read, out.blocks);
-  } else if (bracket_pass_.supports(bracket)) {
-    bracket_pass_.run(bracket, out.blocks);
+  } else if (merges) {
+    bracket_pass_.run(bracket, read, out.blocks);
     reader.limit_exposures_per_block(layout_, out.blocks.exposures);
   } else {
     block_pass_.run(reader, out.blocks);
@@ -194,6 +195,7 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
     out.blocks.noise = sums.noise;
     out.blocks.bias = sums.bias;
     out.blocks.clipped_sr = sums.clipped_sr;
+    out.blocks.motion_luminance = sums.motion_luminance;
     out.centroid_offset = sums.centroid_offset;
     out.stale = rotation_.stale();
   } else {
