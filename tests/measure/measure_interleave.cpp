@@ -1,14 +1,15 @@
 // Interleaved sampling (panorama.interleave, and the setting fastest) against whole frames, in real panoramas: prints
 // one JSON object per case and choice for tests/figures, over all scenes.
-//   measure_interleave [--frames N] [--case CASE]     frames of each scene and case [64]; one case [all]
+//   measure_interleave [--frames N] [--case CASE] [--format FORMAT]     frames of each scene and case [64]; one case
+//                                                                       [all]; pixel format [bayer12]
 // Cases: still, and switched, in the 26 panoramas: lamps go on and off every second without light on other surfaces,
 // which is the hardest case, because no run that is read tells of it; turning, in eight of them: the probe rotates by
 // 30 degrees per second, and lamps are switched, too. One exposure, in which no pixel saturates. Brackets: the same as
-// still with three exposures. Bayer with 12 bits and noise; smoothing is off, so that each frame stands for itself.
-// Frames with an infinite bound count as flagged. "unread": the first N - 1 frames after a switch.
-// Choices: each interleave at balanced, fastest, exact, and exact with the interleave of fastest. At rest, one more
-// object for each bound that may be asked of descriptors: of how many scenes each point of the governor of bounds is
-// the cheapest whose bound holds in every frame.
+// still with three exposures. Two lenses of 640x480, with noise; smoothing is off, so that each frame stands for
+// itself. Frames with an infinite bound count as flagged. "unread": the first N - 1 frames after a switch. Choices:
+// each interleave at balanced, fastest, exact, and exact with the interleave of fastest. At rest, one more object for
+// each bound that may be asked of descriptors: of how many scenes each point of the governor of bounds is the cheapest
+// whose bound holds in every frame.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -71,7 +72,8 @@ struct Probe {
 /// Asked of descriptors.
 constexpr double kAskedBounds[] = {0.01, 0.02, 0.03, 0.05};
 
-void print_cheapest(const char* which, const std::vector<Probe>& probes, std::size_t scenes) {
+void print_cheapest(const char* which, const std::string& format, const std::vector<Probe>& probes,
+                    std::size_t scenes) {
   constexpr struct {
     Setting setting;
     int interleave;
@@ -92,7 +94,8 @@ void print_cheapest(const char* which, const std::vector<Probe>& probes, std::si
       }
       counts[cheapest] = counts[cheapest].get<int>() + 1;
     }
-    measure::print_line({{"case", which}, {"asked_bound", asked}, {"scenes", scenes}, {"cheapest", counts}});
+    measure::print_line(
+        {{"case", which}, {"format", format}, {"asked_bound", asked}, {"scenes", scenes}, {"cheapest", counts}});
   }
 }
 
@@ -161,17 +164,19 @@ void measure_scene(measure::Camera& camera, const std::string& path, Case which,
 
 int main(int argc, char** argv) {
   int frames = 64;
-  std::string only;
+  std::string only, format_name = "bayer12";
   CLI::App app{"Compares interleaved sampling with whole frames in real panoramas.", "measure_interleave"};
   app.add_option("--frames", frames, "Frames of each scene and case [64]")->check(CLI::PositiveNumber);
   app.add_option("--case", only, "still, switched, turning or brackets [all]")
       ->check(CLI::IsMember(std::vector<std::string>(std::begin(kCases), std::end(kCases))));
+  app.add_option("--format", format_name, "Pixel format [bayer12]");
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   const Result<std::vector<std::string>> all = measure::all_panoramas(), eight = measure::eight_panoramas();
   if (!all) fail(all.status());
   if (!eight) fail(eight.status());
-  constexpr PixelFormat kFormat = PixelFormat::bayer_rggb12;
-  measure::Camera camera(*sim::make_rig("pair", 640, 480, kFormat), kFormat);
+  const std::optional<PixelFormat> format = pixel_format_of(format_name);
+  if (!format) return wrong_usage(app, "unknown --format '" + format_name + "'");
+  measure::Camera camera(*sim::make_rig("pair", 640, 480, *format), *format);
   std::vector<Probe> probes;
   const auto add_probe = [&](Setting setting, int interleave) {
     PanoramaOptions options;
@@ -197,12 +202,13 @@ int main(int argc, char** argv) {
     for (const std::string& path : paths) measure_scene(camera, path, which, frames, probes);
     for (const Probe& probe : probes)
       measure::print_line({{"case", name},
+                           {"format", format_name},
                            {"setting", to_string(probe.setting)},
                            {"interleave", probe.interleave},
                            {"scenes", paths.size()},
                            {"read", probe.read.summary()},
                            {"unread", probe.unread.summary()}});
-    if (which == Case::still || which == Case::brackets) print_cheapest(name, probes, paths.size());
+    if (which == Case::still || which == Case::brackets) print_cheapest(name, format_name, probes, paths.size());
   }
   return 0;
 }
