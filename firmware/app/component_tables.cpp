@@ -170,6 +170,9 @@ std::span<const EstimatorEntry> estimator_table() {
 
 Result<std::unique_ptr<Estimator>> make_estimator(const Config& config, const RigParameters& rig,
                                                   const std::optional<UncertainPose>& mounting) {
+  if (config.max_bound > 0 && settings_of(config.estimator_kind).size() < 2)
+    return invalid_argument("max_bound: the " + std::string(to_string(config.estimator_kind)) +
+                            " estimator has no settings to choose from; leave max_bound (--max-bound) out");
   for (const EstimatorEntry& entry : estimator_table())
     if (entry.kind == config.estimator_kind) return entry.make(config, rig, mounting);
   const std::string name(to_string(config.estimator_kind));

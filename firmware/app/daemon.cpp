@@ -242,9 +242,17 @@ void notify_systemd(const std::string& state, const std::string& status) {
 
 std::string over_budget_message(double ms, double budget_ms) {
   return formatted(
-      "budget: an estimate takes %.3g ms even at the setting fast, and the budget is %.3g ms; set a larger one with "
+      "budget: an estimate takes %.3g ms even at the setting fastest, and the budget is %.3g ms; set a larger one with "
       "--budget-ms, or smaller pictures with --size",
       ms, budget_ms);
+}
+
+std::string over_bound_message(double bound, double max_bound) {
+  return formatted(
+      "max_bound: descriptors state a bound of %.3g even at the configured setting, and %.3g is asked; set a larger "
+      "one "
+      "with --max-bound, or a richer estimator.setting",
+      bound, max_bound);
 }
 
 Status status_of(PairingOutcome outcome, const PairingWindow& window) {
@@ -311,7 +319,8 @@ Status run_daemon(const Config& config) {
   const std::unique_ptr<ProbeRecorder> probe_recorder = make_probe_recorder(config);
   const std::unique_ptr<Preview> preview =
       config.images == ImageRecipients::all_clients ? std::make_unique<Preview>(components->rig) : nullptr;
-  Pipeline pipeline(identity, std::move(components->estimator), config.estimator, config.budget_ms, planes);
+  Pipeline pipeline(identity, std::move(components->estimator), config.estimator, {config.budget_ms, config.max_bound},
+                    planes);
   pipeline.set_recordings(probe_recorder.get());
   pipeline.set_preview(preview.get());
   pipeline.set_calibration(summary_of(components->rig, std::filesystem::path(config.calibration).filename().string()));
@@ -341,7 +350,7 @@ Status run_daemon(const Config& config) {
 
   std::string logged_error;
   std::uint64_t logged_faults = 0;
-  bool logged_end = false, logged_over_budget = false, logged_lost = false;
+  bool logged_end = false, logged_over_budget = false, logged_over_bound = false, logged_lost = false;
   Setting logged_setting = config.estimator.setting;
   while (!wait_for_stop_signal()) {
     pipeline.set_temperature(read_temperature());
@@ -359,13 +368,17 @@ Status run_daemon(const Config& config) {
       log_error("recording: " + recorder->last_error().message() + "; the probe goes on without it");
     }
     if (health.setting != logged_setting) {
-      log_info("budget: setting " + std::string(to_string(logged_setting)) + " -> " +
+      log_info("governor: setting " + std::string(to_string(logged_setting)) + " -> " +
                std::string(to_string(health.setting)));
       logged_setting = health.setting;
     }
     if (health.over_budget_ms && !logged_over_budget) {
       log_error(over_budget_message(*health.over_budget_ms, config.budget_ms));
       logged_over_budget = true;
+    }
+    if (health.over_bound && !logged_over_bound) {
+      log_error(over_bound_message(*health.over_bound, config.max_bound));
+      logged_over_bound = true;
     }
     const CameraBackend::State state = components->camera->state();
     if (const bool lost = state == CameraBackend::State::lost; lost != logged_lost) {

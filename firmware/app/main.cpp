@@ -78,7 +78,7 @@ int main(int argc, char** argv) {
   lightwell::LinkSecurity security = lightwell::LinkSecurity::unspecified, web_security = security;
   Size size;
   double frame_rate = -1;
-  double budget_ms = -1;
+  double budget_ms = -1, max_bound = -1;
   std::vector<double> exposures;
   bool announce = false, list_cameras = false, check = false, pair = false;
   app.add_option("--config", config_path, "Configuration in protobuf text format");
@@ -102,6 +102,11 @@ int main(int argc, char** argv) {
          "--budget-ms", budget_ms,
          "Time limit of an estimate in milliseconds; a cheaper setting than the configured one is used if it takes "
          "longer. 0 for none [0]")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option(
+         "--max-bound", max_bound,
+         "Error bound that descriptors shall state, 0.02 is 2 %: the cheapest setting that keeps it is used, up "
+         "to the configured one. 0 for none [0]")
       ->check(CLI::NonNegativeNumber);
   app.add_option("--listen", listen,
                  "Address of the gRPC link, HOST:PORT; port 0 means any free port [127.0.0.1:7420]");
@@ -174,6 +179,7 @@ int main(int argc, char** argv) {
   if (frame_rate >= 0) config.camera.frame_rate = frame_rate;
   if (!exposures.empty()) config.camera.capture.exposure_s = exposures;
   if (budget_ms >= 0) config.budget_ms = budget_ms;
+  if (max_bound >= 0) config.max_bound = max_bound;
   if (!listen.empty()) config.grpc.listen_address = listen;
   if (security != lightwell::LinkSecurity::unspecified) config.grpc.security = security;
   if (!keys.empty()) config.grpc.key_folder = keys;

@@ -98,15 +98,16 @@ BracketSlot::Counts BracketSlot::counts() const {
 }
 
 Pipeline::Pipeline(StatusSnapshot identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
-                   double budget_ms, const PlaneEncoderOptions& planes)
+                   Limits limits, const PlaneEncoderOptions& planes)
     : identity_(std::move(identity)),
       publisher_(planes),
       estimator_(std::move(estimator)),
       kind_(estimator_->kind()),
-      governor_(budget_ms, config.setting),
-      used_(config.setting),
+      time_governor_(Governed::duration, limits.budget_ms, config.setting),
+      bound_governor_(Governed::bound, limits.max_bound, config.setting),
+      used_{config.setting},
       config_(config),
-      health_{{}, config.setting, {}} {
+      health_{{}, config.setting, {}, {}} {
   newest_.lights.reserve(kMaxLights);
   newest_clipped_.reserve(kMaxLights + 1);
 }
@@ -142,7 +143,9 @@ void Pipeline::run() {
     // After the descriptor was sent; also where there is none, because the picture shows why.
     if (preview_ != nullptr) preview_->offer(bracket.frames());
     bracket.clear();
-    if (status.ok()) update_governor(static_cast<double>(publisher_.encoded_ns() - start_ns) * 1e-6);
+    if (status.ok())
+      update_governors(static_cast<double>(publisher_.encoded_ns() - start_ns) * 1e-6,
+                       static_cast<double>(descriptor.bound.total));
     // The counters are incremented last, so that a reader of the count also sees its result.
     if (status.ok()) {
       estimates_.fetch_add(1, std::memory_order_release);
@@ -195,10 +198,15 @@ void Pipeline::keep_newest(Descriptor& descriptor) {
 
 void Pipeline::configure_estimator() {
   const std::lock_guard lock(mutex_);
-  if (config_changed_) governor_.restart(config_.setting);
-  if (config_changed_ || used_ != governor_.setting()) {
+  if (config_changed_) {
+    time_governor_.restart(config_.setting);
+    bound_governor_.restart(config_.setting);
+  }
+  if (config_changed_ || used_ != point()) {
     EstimatorConfig config = config_;
-    config.setting = used_ = governor_.setting();
+    used_ = point();
+    config.setting = used_.setting;
+    config.panorama.interleave = std::max(config.panorama.interleave, used_.interleave);
     // Cannot fail: update_estimator() has validated it.
     (void)estimator_->configure(config);
   }
@@ -207,15 +215,27 @@ void Pipeline::configure_estimator() {
   config_changed_ = scale_changed_ = recovery_changed_ = false;
 }
 
-void Pipeline::update_governor(double ms) {
-  governor_.record_duration(ms);
+OperatingPoint Pipeline::point() const {
+  const OperatingPoint in_time = time_governor_.point(), in_bound = bound_governor_.point();
+  return !bound_governor_.active() || is_cheaper(in_time, in_bound) ? in_time : in_bound;
+}
+
+void Pipeline::update_governors(double ms, double bound) {
+  // Each learns from estimates at the point that it chose.
+  if (used_ == time_governor_.point()) time_governor_.record(ms);
+  if (used_ == bound_governor_.point()) bound_governor_.record(bound);
+  const auto update = [](const Governor& governor, std::optional<double>& exceeded) {
+    if (!governor.exceeds_everywhere())
+      exceeded.reset();
+    else if (!exceeded)
+      exceeded = governor.typical();
+  };
   const std::lock_guard lock(mutex_);
-  health_.setting = governor_.setting();
-  governor_counts_ = governor_.counts();
-  if (!governor_.exceeds_budget_at_fast())
-    health_.over_budget_ms.reset();
-  else if (!health_.over_budget_ms)
-    health_.over_budget_ms = governor_.typical_ms();
+  health_.setting = point().setting;
+  governor_counts_ = time_governor_.counts();
+  governor_counts_.moves += bound_governor_.counts().moves;
+  update(time_governor_, health_.over_budget_ms);
+  update(bound_governor_, health_.over_bound);
 }
 
 Pipeline::Health Pipeline::health() const {
@@ -242,8 +262,8 @@ StatusSnapshot Pipeline::status() const {
   {
     const std::lock_guard lock(mutex_);
     s.counters.setting_moves = governor_counts_.moves;
-    s.counters.estimates_late = governor_counts_.late;
-    s.counters.estimates_late_at_fast = governor_counts_.late_at_fast;
+    s.counters.estimates_late = governor_counts_.exceeded;
+    s.counters.estimates_late_at_fast = governor_counts_.exceeded_first;
     s.temperature_c = temperature_c_;
   }
   if (recorder_ != nullptr) {

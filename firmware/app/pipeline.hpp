@@ -95,10 +95,14 @@ class BracketSlot final : public FrameSink {
 /// second; what later brackets of a second have changed is published at its end if no other bracket follows.
 class Pipeline final : public Commands {
  public:
-  /// `identity`: the probe's status; its counters are ignored. `budget_ms`: time limit of an estimate including
-  /// encoding; config.setting is then the richest setting. 0: no limit. `planes`: of captured planes.
+  struct Limits {
+    double budget_ms = 0;  ///< Time of an estimate including encoding; 0: no limit.
+    double max_bound = 0;  ///< Bound of a descriptor; 0: no limit. The time limit has precedence.
+  };
+  /// `identity`: the probe's status; its counters are ignored. With a limit, config.setting is the richest setting.
+  /// `planes`: of captured planes.
   Pipeline(StatusSnapshot identity, std::unique_ptr<Estimator> estimator, const EstimatorConfig& config,
-           double budget_ms = 0, const PlaneEncoderOptions& planes = {});
+           Limits limits = {0, 0}, const PlaneEncoderOptions& planes = {});
   ~Pipeline() override;
 
   /// Add links between construction and start(); they need this object as their Commands.
@@ -126,6 +130,8 @@ class Pipeline final : public Commands {
     Setting setting;         ///< For the next estimate.
     /// Median duration, ms, when even the cheapest setting was first found to exceed the budget; nullopt otherwise.
     std::optional<double> over_budget_ms;
+    /// Median bound when even the richest setting was first found to exceed max_bound; nullopt otherwise.
+    std::optional<double> over_bound;
   };
   [[nodiscard]] Health health() const;
 
@@ -150,7 +156,9 @@ class Pipeline final : public Commands {
   /// Stores the descriptor for report_lux(); unchanged when the call returns.
   void keep_newest(Descriptor& descriptor);
   [[nodiscard]] Result<double> recover_clipped_from_lux(double lux, Vec3d normal);
-  void update_governor(double ms);
+  /// The cheaper of the points that the governors choose.
+  [[nodiscard]] OperatingPoint point() const;
+  void update_governors(double ms, double bound);
 
   const StatusSnapshot identity_;
   CalibrationSummary calibration_;
@@ -158,8 +166,8 @@ class Pipeline final : public Commands {
   Publisher publisher_;
   std::unique_ptr<Estimator> estimator_;
   const EstimatorKind kind_;
-  Governor governor_;  ///< Used by the thread only.
-  Setting used_;       ///< The estimator's present setting; used by the thread only.
+  Governor time_governor_, bound_governor_;  ///< Used by the thread only.
+  OperatingPoint used_;                      ///< Of the estimator; used by the thread only.
   /// Of the last published plane; used by the thread only.
   std::optional<std::chrono::steady_clock::time_point> plane_published_;
   bool plane_changed_ = false;  ///< There were brackets since then; used by the thread only.

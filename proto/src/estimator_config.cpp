@@ -51,7 +51,7 @@ constexpr auto kOptions = std::tuple{
     Option{"band", [](auto& c) -> decltype(auto) { return (c.band); }, within(0, 6), "0 to 6"},
     Option{"max_lights", [](auto& c) -> decltype(auto) { return (c.max_lights); }, within(0, 64), "0 to 64"},
     Option{"setting", [](auto& c) -> decltype(auto) { return (c.setting); },
-           [](Setting v) { return v >= Setting::fast && v <= Setting::exact; }, ""},
+           [](Setting v) { return v >= Setting::fast && v <= Setting::fastest; }, ""},
     Option{"panorama.light_threshold", [](auto& c) -> decltype(auto) { return (c.panorama.light_threshold); },
            [](double v) { return v >= 1.5 && std::isfinite(v); }, "at least 1.5 times the mean"},
     Option{"panorama.epsilon", [](auto& c) -> decltype(auto) { return (c.panorama.epsilon); }, kFraction,
@@ -66,8 +66,8 @@ constexpr auto kOptions = std::tuple{
            kEnvironmentEdge, kEnvironmentEdges},
     Option{"panorama.environment_rate", [](auto& c) -> decltype(auto) { return (c.panorama.environment_rate); },
            [](double v) { return v > 0 && std::isfinite(v); }, "positive and finite"},
-    Option{"panorama.interleave", [](auto& c) -> decltype(auto) { return (c.panorama.interleave); }, within(1, 16),
-           "1 (every frame is read whole) to 16"},
+    Option{"panorama.interleave", [](auto& c) -> decltype(auto) { return (c.panorama.interleave); },
+           within(1, kMaxInterleave), "1 (every frame is read whole) to 16"},
     Option{"marker.decimation", [](auto& c) -> decltype(auto) { return (c.marker.decimation); },
            [](double v) { return v == 0 || (v >= 1 && v <= 8); }, "0 (from the size of the tags) or 1 to 8"},
     Option{"marker.search_decimation", [](auto& c) -> decltype(auto) { return (c.marker.search_decimation); },
@@ -231,8 +231,8 @@ Status EstimatorConfig::validate(EstimatorKind kind) const {
 
 std::span<const Setting> settings_of(EstimatorKind kind) {
   // The options of the other estimators do not form a single trade-off, so their settings make no difference.
-  const std::span<const Setting> all(kSettings);
-  return kind == EstimatorKind::panorama ? all : all.subspan(1, 1);
+  static constexpr std::array kOneSetting = {Setting::balanced};
+  return kind == EstimatorKind::panorama ? std::span<const Setting>(kSettings) : kOneSetting;
 }
 
 EstimatorConfig updated(EstimatorConfig config, const EstimatorUpdate& update) {

@@ -20,11 +20,11 @@ class BudgetTest : public ::testing::Test {
   TempDir folder_;
 };
 
-TEST_F(BudgetTest, AnUnattainableBudgetEndsAtFastAndIsReportedOnce) {
+TEST_F(BudgetTest, AnUnattainableBudgetEndsAtFastestAndIsReportedOnce) {
   Daemon daemon(under("0.0001"));
   const Observer observer(daemon.uri());
   ASSERT_TRUE(observer.gets(5)) << daemon.process().err();
-  EXPECT_EQ(observer.descriptors().back().setting, Setting::fast);
+  EXPECT_EQ(observer.descriptors().back().setting, Setting::fastest);
   ASSERT_TRUE(
       becomes_true("the probe counts late estimates", [&] { return observer.counters().estimates_late_at_fast > 0; }));
   const Counters counters = observer.counters();
@@ -35,7 +35,7 @@ TEST_F(BudgetTest, AnUnattainableBudgetEndsAtFastAndIsReportedOnce) {
   EXPECT_TRUE(observer.gets(60));
   (void)daemon.stop();
   const std::string said = daemon.process().err();
-  EXPECT_EQ(occurrences(said, "even at the setting fast"), 1U) << said;
+  EXPECT_EQ(occurrences(said, "even at the setting fastest"), 1U) << said;
 }
 
 TEST_F(BudgetTest, ABudgetThatIsMetChangesNoSetting) {

@@ -1,6 +1,6 @@
-"""Topic trade_off: what a cheaper frame costs in accuracy. So far: interleaved sampling of the panorama estimator
-(panorama.interleave; firmware/estimate/README.md). Motions, exposure and scenes are in
-tests/measure/measure_interleave.cpp.
+"""Topic trade_off: what a cheaper frame costs in accuracy: interleaved sampling of the panorama estimator
+(panorama.interleave) and its cheapest setting, fastest (firmware/estimate/README.md). Motions, exposures and scenes are
+in tests/measure/measure_interleave.cpp.
 """
 
 from figure_topics import aarch64
@@ -9,28 +9,52 @@ from figure_topics.rows import at_least, at_most, known_short, reported
 
 TARGETS = ["measure_interleave"]
 ALL_PANORAMAS = True
-# The cheapest point, and what is asked of it.
-CHEAPEST = 16
-INSTRUCTIONS = {"rgb8_linear": 1.5, "yuyv": 2.5}
+# What is asked of the cheapest setting at rest, in the cases that have no change.
+CHEAPEST = "fastest"
+AT_REST = ("still", "brackets")
 MEDIAN_ERROR, WORST_ERROR = 0.02, 0.04
 HELD = 0.999
-FORMATS = {"rgb8_linear": "linear RGB8", "rgb8": "sRGB RGB8", "bayer8": "Bayer8", "nv12": "NV12", "yuyv": "YUYV"}
-INTERLEAVES = (1, 2, 4, 8, 16)
-# Frames of the two counted runs: whole rotations of 16.
+INSTRUCTIONS = {"rgb8_linear": 1.5, "yuyv": 2.5}
+# Of the ends of the front, exact by fastest, of YUYV, which cameras deliver.
+SPAN = 8
+# Of a lamp that is smaller than a quad of the mosaic: whole frames at exact have it, too (firmware/estimate/README.md,
+# Limits).
+SHORT = "brackets", "bayer12"
+SHORT_REASON = "a lamp as small as a pixel of a mosaic, as in whole frames at exact"
+COUNTED = {"rgb8_linear": "linear RGB8", "rgb8": "sRGB RGB8", "bayer8": "Bayer8", "nv12": "NV12", "yuyv": "YUYV"}
+FORMATS = {"bayer12": "Bayer12", "rgb8": "RGB8"}
+SETTINGS = ("fastest", "fast", "balanced", "exact")
+INTERLEAVES = (2, 4, 8)
+# Frames of the two counted runs: whole rotations of 16; of whole frames fewer are enough.
 WORK = (33, 65)
-FIXED_WORK = "what a frame costs beside its pixels: runs of lights, projections of runs, search for lights"
+WHOLE_WORK = (3, 8)
 PIXELS = 1280 * 960
+REAL = "city.exr, one lens of 1280x960, constant light, g++ -O3, qemu-user Cortex-A72"
+
+
+def cheapest_rows(line):
+    what = f"{line['case']}, {FORMATS[line['format']]}, cheapest point whose bound is at most {line['asked_bound']:g}: scenes at "
+    return [reported(what + point, count, "", f"{line['scenes']} real panoramas")
+            for point, count in line["cheapest"].items()]
 
 
 def interleave_rows(line):
+    if "cheapest" in line:
+        return cheapest_rows(line)
     read, unread = line["read"], line["unread"]
-    what = f"{line['motion']}, interleave {line['interleave']}: "
-    real = (f"{line['scenes']} real panoramas, {read['frames']} frames of 2 x 640x480 Bayer12 with noise, "
+    what = f"{line['case']}, {FORMATS[line['format']]}, {line['setting']}, interleave {line['interleave']}: "
+    real = (f"{line['scenes']} real panoramas, {read['frames']} frames of 2 x 640x480 with noise, "
             f"{read['flagged']} flagged")
     judged = read["frames"] - read["flagged"]
-    asked = line["interleave"] == CHEAPEST and line["motion"] == "still"
-    error = (lambda name, limit, *rest: at_most(name, limit, *rest)) if asked else (
-        lambda name, limit, *rest: reported(name, *rest))
+    asked = line["setting"] == CHEAPEST and line["case"] in AT_REST
+
+    def error(name, limit, *rest):
+        if not asked:
+            return reported(name, *rest)
+        figure = at_most(name, limit, *rest)
+        short = not figure["holds"] and (line["case"], line["format"]) == SHORT
+        return known_short(figure, SHORT_REASON) if short else figure
+
     rows = [reported(what + "difference of the irradiance to that of whole frames, median", read["median_difference"],
                      "", real),
             reported(what + "the same, largest", read["worst_difference"], "", real),
@@ -49,23 +73,34 @@ def interleave_rows(line):
 
 def counted_rows(say):
     folder, _ = aarch64.build(["measure_instructions"], say)
-    for name, text in FORMATS.items():
+
+    def counted(name, setting, options, work):
+        say(f"aarch64: {name}, {setting}, {' '.join(options)}")
+        value = folder and aarch64.instructions(
+            [folder / "measure_instructions", *options, "--frames", "{}", "single", name, setting], work)
+        return value / PIXELS if value else None
+
+    for name, text in COUNTED.items():
+        value = {}
+        for setting in SETTINGS:
+            value[setting] = counted(name, setting, [], WORK if setting == CHEAPEST else WHOLE_WORK)
+            what = f"aarch64 (NEON) instructions a pixel, {setting}, {text}"
+            limit = INSTRUCTIONS.get(name) if setting == CHEAPEST else None
+            yield at_most(what, limit, value[setting], "", REAL) if limit else reported(what, value[setting], "", REAL)
+        ends = value["exact"] / value[CHEAPEST] if value["exact"] and value[CHEAPEST] else None
+        what = f"aarch64 instructions, exact by fastest, {text}"
+        yield at_least(what, SPAN, ends, "x", REAL) if name == "yuyv" else reported(what, ends, "x", REAL)
         for interleave in INTERLEAVES:
-            say(f"aarch64: {text}, interleave {interleave}")
-            counted = folder and aarch64.instructions(
-                [folder / "measure_instructions", "--interleave", str(interleave), "--frames", "{}", "single", name,
-                 "fast"], WORK)
-            what = f"aarch64 (NEON) instructions a pixel, fast, {text}, interleave {interleave}"
-            real = "city.exr, one lens of 1280x960, constant light, g++ -O3, qemu-user Cortex-A72"
-            value = counted / PIXELS if counted else None
-            limit = INSTRUCTIONS.get(name) if interleave == CHEAPEST else None
-            if not limit:
-                yield reported(what, value, "", real)
-                continue
-            figure = at_most(what, limit, value, "", real)
-            yield figure if figure["holds"] else known_short(figure, FIXED_WORK)
+            yield reported(f"aarch64 (NEON) instructions a pixel, fast, {text}, interleave {interleave}",
+                           counted(name, "fast", ["--interleave", str(interleave)], WORK), "", REAL)
+        for setting in (CHEAPEST, "balanced"):
+            yield reported(f"aarch64 (NEON) instructions a pixel of one exposure, {setting}, {text}, bracket of three",
+                           counted(name, setting, ["--exposures", "3"], WORK if setting == CHEAPEST else WHOLE_WORK),
+                           "", REAL)
 
 
 def measure(programs, say):
     yield from rows_of_program([programs / "measure_interleave"], interleave_rows, say)
+    yield from rows_of_program([programs / "measure_interleave", "--case", "brackets", "--format", "rgb8"],
+                               interleave_rows, say)
     yield from counted_rows(say)

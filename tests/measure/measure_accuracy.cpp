@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   bool all = false;
   CLI::App app{"Error of descriptors over the real panoramas.", "measure_accuracy"};
   app.add_option("--epsilon", options.config.panorama.epsilon, "Error of irradiance that may be left [0.01]");
-  add_named_option(app, "--setting", options.config.setting, kSettings, "fast, balanced or exact [balanced]");
+  add_named_option(app, "--setting", options.config.setting, kSettings, "fastest, fast, balanced or exact [balanced]");
   add_named_option(app, "--sensor", format, kPixelFormats, "rgb8, bayer_rggb8, nv12, yuyv, ... [an ideal sensor]");
   app.add_flag("--all", all, "All 26 panoramas instead of eight");
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;

@@ -1,12 +1,13 @@
 // The program for tests/measure/count_instructions: processes N frames from frame to encoded descriptor. One-time work
 // (scene, tables, first frame) does not depend on N.
-//   measure_instructions --frames N [--map EDGE] [--interleave N] [RIG [FORMAT [SETTING]]]
+//   measure_instructions --frames N [--map EDGE] [--interleave N] [--exposures N] [RIG [FORMAT [SETTING]]]
 //   measure_instructions --frames N plane
 // RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784; plane, the capture of a glossy plane's
 // surface light field from 640x480 sRGB frames, at most kPlaneFrames, without descriptors. FORMAT: rgb8_linear, RGB8
-// with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING: fast,
-// balanced, exact. Defaults: single, rgb8_linear, fast. --map: with a map of this edge in every frame.
-// --interleave: panorama.interleave.
+// with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING:
+// fastest, fast, balanced, exact. Defaults: single, rgb8_linear, fast. --map: with a map of this edge in every frame.
+// --interleave: panorama.interleave. --exposures: of a bracket, which then counts as one frame.
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
@@ -29,7 +30,7 @@ using namespace lightwell;
 /// More than the frames per second: with --map, a map is due in every frame.
 constexpr double kMapRate_hz = 60;
 /// Exposure time as in measure_speed.
-constexpr double kExposure = 1e-3;
+constexpr double kExposure = 1e-3, kExposureRatio = 16;
 
 [[noreturn]] void fail(const Status& s) {
   std::fprintf(stderr, "measure_instructions: %s\n", s.message().c_str());
@@ -66,7 +67,7 @@ int capture_plane(int frames) {
 
 int main(int argc, char** argv) {
   CLI::App app{"Processes N frames from frame to encoded descriptor.", "measure_instructions"};
-  int frames = 0;
+  int frames = 0, exposures = 1;
   std::string kind = "single", pixels_of = "rgb8_linear";
   PanoramaOptions options;
   options.config.setting = Setting::fast;
@@ -78,9 +79,11 @@ int main(int argc, char** argv) {
   app.add_option("FORMAT", pixels_of,
                  "rgb8_linear: RGB8 with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with "
                  "the rig's response [rgb8_linear]");
-  add_named_option(app, "SETTING", options.config.setting, kSettings, "fast, balanced or exact [fast]");
+  add_named_option(app, "SETTING", options.config.setting, kSettings, "fastest, fast, balanced or exact [fast]");
   app.add_option("--map", options.config.panorama.environment_edge, "Edge of a map in every frame [none]")
       ->check(CLI::IsMember({8, 16, 32, 64}));
+  app.add_option("--exposures", exposures, "Exposures of a bracket, each 16 times as long as the one before [1]")
+      ->check(CLI::Range(1, 3));
   app.add_option("--interleave", options.config.panorama.interleave, "Frames that read the picture once [1]")
       ->check(CLI::Range(1, 16));
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
@@ -100,21 +103,29 @@ int main(int argc, char** argv) {
   LensParameters& lens = rig.lenses.front();
   if (linear) lens.photometry.response.kind = ResponseCurve::Kind::linear;
   const sim::Sensor sensor(lens, sim::sensor_of(rig, *format, 1));
-  std::vector<std::byte> pixels(sensor.bytes());
-  sensor.expose(sim::render_radiance(scene, scene.state_at(0), lens), {kExposure, 1, 0, 0}, pixels);
+  const std::vector<float> radiance = sim::render_radiance(scene, scene.state_at(0), lens);
+  // The shortest exposure is that of a single frame.
+  std::vector<std::vector<std::byte>> pixels(static_cast<std::size_t>(exposures),
+                                             std::vector<std::byte>(sensor.bytes()));
+  std::vector<Frame> bracket(pixels.size());
+  for (std::size_t e = 0; e < bracket.size(); ++e) {
+    bracket[e].info.exposure_s = kExposure * std::pow(kExposureRatio, e);
+    sensor.expose(radiance, {bracket[e].info.exposure_s, 1, e, 0}, pixels[e]);
+    bracket[e].add_view({0, *format, lens.width, lens.height, sensor.stride(), pixels[e]});
+  }
 
   auto estimator = make_panorama_estimator(rig, options);
   if (!estimator) fail(estimator.status());
-  Frame frame;
-  frame.info.exposure_s = kExposure;
-  frame.add_view({0, *format, lens.width, lens.height, sensor.stride(), pixels});
   Encoder encoder;
   Descriptor d;
   for (int i = 0; i < frames; ++i) {
-    frame.info.sequence = static_cast<std::uint64_t>(i);
-    frame.info.mid_exposure = {static_cast<std::int64_t>(i + 1) * 33'000'000};
-    frame.info.delivered = frame.info.mid_exposure;
-    if (const Status s = (*estimator)->estimate({&frame, 1}, d); !s.ok()) fail(s);
+    for (std::size_t e = 0; e < bracket.size(); ++e) {
+      FrameInfo& info = bracket[e].info;
+      info.sequence = static_cast<std::uint64_t>(i) * bracket.size() + e;
+      info.mid_exposure = {static_cast<std::int64_t>(i + 1) * 33'000'000 + static_cast<std::int64_t>(e) * 1'000'000};
+      info.delivered = info.mid_exposure;
+    }
+    if (const Status s = (*estimator)->estimate(bracket, d); !s.ok()) fail(s);
     if (const auto bytes = encoder.encode(d); !bytes) fail(bytes.status());
   }
   std::printf("%d frames of %dx%d, %zu lights\n", frames, lens.width, lens.height, d.lights.size());

@@ -73,6 +73,7 @@ TEST(Config, CameraUriArgumentReplacesTheFiles) {
 TEST(Config, DefaultHasNoBudget) {
   EXPECT_EQ(parse_config("camera { uri: \"sim:city\" }", "x")->budget_ms, 0);
   EXPECT_EQ(parse_config("camera { uri: \"sim:city\" } budget_ms: 2.5", "x")->budget_ms, 2.5);
+  EXPECT_EQ(parse_config("camera { uri: \"sim:city\" } max_bound: 0.02", "x")->max_bound, 0.02);
 }
 
 TEST(Config, WithAnUnknownFieldNamesFileLineAndTheNearestName) {
@@ -94,6 +95,8 @@ TEST(Config, RejectsInvalidValuesNamingTheField) {
   EXPECT_NE(refusal("camera { uri: \"x:\" exposure_s: -1 }").find("exposure_s"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" exposure_s: nan }").find("exposure_s"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" } estimator { band: 9 }").find("band"), std::string::npos);
+  for (const char* bad : {"-0.01", "1", "nan"})
+    EXPECT_NE(refusal(std::string("camera { uri: \"x:\" } max_bound: ") + bad).find("max_bound"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" } budget_ms: -1").find("budget_ms"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" } budget_ms: nan").find("budget_ms"), std::string::npos);
   EXPECT_NE(refusal("camera { uri: \"x:\" } budget_ms: inf").find("budget_ms"), std::string::npos);

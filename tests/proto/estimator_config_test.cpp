@@ -27,7 +27,13 @@ TEST(EstimatorConfig, SettingScalesTheErrorTolerances) {
   EXPECT_EQ(config_for_setting(c).panorama.epsilon, 0.02);
   EXPECT_EQ(config_for_setting(c).panorama.radiance_epsilon, 0.1);
   EXPECT_EQ(config_for_setting(c).setting, Setting::fast);
+  EXPECT_EQ(config_for_setting(c).panorama.interleave, 1);
+  c.setting = Setting::fastest;
+  EXPECT_EQ(config_for_setting(c).panorama.epsilon, 0.02);
+  EXPECT_EQ(config_for_setting(c).panorama.radiance_epsilon, 0.1);
+  EXPECT_EQ(config_for_setting(c).panorama.interleave, kMaxInterleave);
   c.setting = Setting::exact;
+  EXPECT_EQ(config_for_setting(c).panorama.interleave, 1);
   EXPECT_EQ(config_for_setting(c).panorama.epsilon, 0);
   EXPECT_EQ(config_for_setting(c).panorama.radiance_epsilon, 0);
 }
@@ -94,7 +100,7 @@ TEST(EstimatorConfig, UnknownFieldIsRejectedWithTheNearestName) {
   EXPECT_NE(refusal("panorama", "1").find("there is no field"), std::string::npos);
   for (const std::string_view name : {"", ".", "panorama.", ".band", "panorama.epsilon.x", "xpanorama.epsilon"})
     EXPECT_NE(refusal(name, "1").find("there is no field"), std::string::npos);
-  EXPECT_NE(refusal("setting", "quick").find("one of fast, balanced, exact"), std::string::npos);
+  EXPECT_NE(refusal("setting", "quick").find("one of fast, balanced, exact, fastest"), std::string::npos);
   EXPECT_NE(refusal("setting", "unspecified").find("one of fast"), std::string::npos);
   EXPECT_NE(refusal("band", "2.5").find("a whole number"), std::string::npos);
   EXPECT_NE(refusal("band", "-1").find("a whole number"), std::string::npos);

@@ -111,45 +111,54 @@ void CellGrid::finish() {
 void CellGrid::project(std::span<const CellSum> sums, std::span<const CentroidOverride> overrides,
                        Projection& out) const {
   Totals total{};
-  add(0, sums.size(), sums, overrides, total);
+  const auto add_to_total = [&total](const PartialTotals& partial) {
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += static_cast<double>(partial.c[k][i]);
+  };
+  auto next = overrides.begin();
+  for (std::size_t begin = 0; begin < sums.size(); begin += kMaxCellsInFloat) {
+    const std::size_t end = std::min(begin + kMaxCellsInFloat, sums.size());
+    const auto first = next;
+    while (next != overrides.end() && next->cell < end) ++next;
+    PartialTotals partial;
+    add_even(begin, end, sums, {first, next}, partial);
+    add_to_total(partial);
+  }
+  for (std::size_t begin = 0; begin < overrides.size(); begin += LightPoints::kMaxPoints) {
+    PartialTotals partial;
+    add_centroids(sums, overrides.subspan(begin, std::min(LightPoints::kMaxPoints, overrides.size() - begin)), partial);
+    add_to_total(partial);
+  }
   fit(total, out);
 }
 
-void CellGrid::add(std::size_t first, std::size_t end, std::span<const CellSum> sums,
-                   std::span<const CentroidOverride> overrides, Totals& total) const {
-  // Sums 256 cells in float, then in double: the rounding error stays below 1e-6 of the largest coefficient.
-  constexpr std::size_t kChunk = 256;
-  CellSum without_overrides[kChunk];
-  auto next_override = overrides.begin();
-  for (std::size_t begin = first; begin < end; begin += kChunk) {
-    const std::size_t count = std::min(kChunk, end - begin);
-    const CellSum* from = &sums[begin];
-    if (next_override != overrides.end() && next_override->cell < begin + count) {
-      std::copy_n(from, count, without_overrides);
-      for (; next_override != overrides.end() && next_override->cell < begin + count; ++next_override)
-        without_overrides[next_override->cell - begin] = {};
-      from = without_overrides;
-    }
-    float partial[3][kRowCount] = {};
-    add_weighted_rows(rows_[begin].data(), &from->r, count, partial);
-    for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += partial[k][i];
-  }
+void CellGrid::add(std::size_t begin, std::size_t end, std::span<const CellSum> sums,
+                   std::span<const CentroidOverride> overrides, PartialTotals& out) const {
+  add_even(begin, end, sums, overrides, out);
+  if (!overrides.empty()) add_centroids(sums, overrides, out);
+}
+
+void CellGrid::add_even(std::size_t begin, std::size_t end, std::span<const CellSum> sums,
+                        std::span<const CentroidOverride> overrides, PartialTotals& out) const {
+  const float* const rows = rows_[begin].data();
+  if (overrides.empty()) return add_weighted_rows(rows, &sums[begin].r, end - begin, out.c);
+  CellSum without_overrides[kMaxCellsInFloat];
+  std::copy_n(&sums[begin], end - begin, without_overrides);
+  for (const CentroidOverride& o : overrides) without_overrides[o.cell - begin] = {};
+  add_weighted_rows(rows, &without_overrides->r, end - begin, out.c);
+}
+
+void CellGrid::add_centroids(std::span<const CellSum> sums, std::span<const CentroidOverride> overrides,
+                             PartialTotals& out) {
   LightPoints points;
-  for (std::size_t begin = 0; begin < overrides.size(); begin += LightPoints::kMaxPoints) {
-    float partial[3][kRowCount] = {};
-    points.count = std::min(LightPoints::kMaxPoints, overrides.size() - begin);
-    for (std::size_t k = 0; k < points.count; ++k) {
-      const CentroidOverride& m = overrides[begin + k];
-      const CellSum& s = sums[m.cell];
-      const Vec3f to = vec_cast<float>(m.centroid);
-      points.x[k] = to.x, points.y[k] = to.y, points.z[k] = to.z;
-      points.r[k] = s.r, points.g[k] = s.g, points.b[k] = s.b;
-    }
-    add_points(points, partial);
-    for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t i = 0; i < kRowCount; ++i) total[k][i] += partial[k][i];
+  points.count = overrides.size();
+  for (std::size_t k = 0; k < points.count; ++k) {
+    const CellSum& s = sums[overrides[k].cell];
+    const Vec3f to = vec_cast<float>(overrides[k].centroid);
+    points.x[k] = to.x, points.y[k] = to.y, points.z[k] = to.z;
+    points.r[k] = s.r, points.g[k] = s.g, points.b[k] = s.b;
   }
+  add_points(points, out.c);
 }
 
 void CellGrid::fit(const Totals& total, Projection& out) const {

@@ -82,13 +82,25 @@ class CellGrid {
 
   /// Sums over cells of light times basis function, by channel: the projection before the fit.
   using Totals = std::array<std::array<double, kRowCount>, 3>;
-  /// Adds the cells from `begin` to before `end`, to which all `overrides` belong. `sums`: of all cells.
+  /// The same of few cells. Rounding errors stay below 1e-6 of the largest coefficient of kMaxCellsInFloat cells.
+  struct PartialTotals {
+    float c[3][kRowCount] = {};
+  };
+  static constexpr std::size_t kMaxCellsInFloat = 256;
+  /// Adds at most kMaxCellsInFloat cells, from `begin` to before `end`, to which all `overrides` belong, at most
+  /// LightPoints::kMaxPoints. `sums`: of all cells.
   void add(std::size_t begin, std::size_t end, std::span<const CellSum> sums,
-           std::span<const CentroidOverride> overrides, Totals& out) const;
+           std::span<const CentroidOverride> overrides, PartialTotals& out) const;
   /// The projection of the cells whose totals these are.
   void fit(const Totals& total, Projection& out) const;
 
  private:
+  /// The two parts of add(): evenly lit cells, and those with a centroid.
+  void add_even(std::size_t begin, std::size_t end, std::span<const CellSum> sums,
+                std::span<const CentroidOverride> overrides, PartialTotals& out) const;
+  static void add_centroids(std::span<const CellSum> sums, std::span<const CentroidOverride> overrides,
+                            PartialTotals& out);
+
   std::vector<BasisRow> rows_;  ///< Mean of the basis functions over each cell, weighted by solid angle.
   std::vector<float> solid_angle_;
   std::vector<Vec3f> direction_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "calibration/model/lens_table.hpp"
@@ -26,6 +27,8 @@ struct BlockSums {
   /// Over the blocks with motion between exposures: integral of luminance, or that of the difference if that is more.
   double motion_luminance = 0;
   std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
+  /// By block, its part of `noise`, `bias` and `motion_luminance`; filled by the passes that can leave blocks out.
+  std::vector<float> block_noise, block_bias, block_motion;
   ReadStatistics counts;
 
   explicit BlockSums(const BlockLayout& layout)
@@ -34,7 +37,10 @@ struct BlockSums {
         offset_x(layout.size()),
         offset_y(layout.size()),
         exposures(layout.size()),
-        clipped(layout.size()) {}
+        clipped(layout.size()),
+        block_noise(layout.size()),
+        block_bias(layout.size()),
+        block_motion(layout.size()) {}
   void clear_totals() {
     clipped_sr = noise = bias = motion_luminance = 0;
     counts = {};
@@ -56,6 +62,23 @@ struct BlockSums {
     clipped_sr += saturated;
   }
 };
+
+/// Calls visit(first, last) for the ranges of blocks from `begin` to before `end` that are read, `first` to before
+/// `last`. `read`: by block, whether it is read; empty: all are.
+template <class Visit>
+void for_each_read(std::span<const std::uint8_t> read, std::size_t begin, std::size_t end, Visit&& visit) {
+  if (read.empty()) return visit(begin, end);
+  const auto find = [&](std::size_t from, std::uint8_t value) {
+    return static_cast<std::size_t>(std::find(&read[from], read.data() + end, value) - read.data());
+  };
+  for (std::size_t first = begin; first < end;) {
+    first = find(first, 1);
+    if (first == end) return;
+    const std::size_t last = find(first, 0);
+    visit(first, last);
+    first = last;
+  }
+}
 
 /// Result of SphereIntegrator::integrate(). Sums are radiance (linear value / (exposure_s * gain * vignetting)) times
 /// solid angle. Only LightFinder, GreyPatchReader, TexelSums and, of brackets, RowProfiler read pixels again.

@@ -127,9 +127,9 @@ void BracketPass::sort(std::span<const Frame> bracket) {
   }
 }
 
-void BracketPass::run(std::span<const Frame> bracket, BlockSums& out) {
+void BracketPass::run(std::span<const Frame> bracket, std::span<const std::uint8_t> read, BlockSums& out) {
   sort(bracket);
-  out.clear();
+  out.clear_totals();
   for (int lens = 0; lens < layout_.lens_count(); ++lens) {
     const LensPlan& plan = lenses_[static_cast<std::size_t>(lens)];
     if (!plan.present) continue;
@@ -137,8 +137,14 @@ void BracketPass::run(std::span<const Frame> bracket, BlockSums& out) {
     const CodeLut& lut = plan.luts[pixel_layout(format_).depth_index()];
     for (int top = 0; top < table.height; top += layout_.edge()) {
       const int rows = std::min(layout_.edge(), table.height - top);
-      for (int begin = 0; begin < table.width; begin += kBracketChunk)
-        run_chunk({lens, table, plan, lut, top, rows, begin, std::min(begin + kBracketChunk, table.width)}, out);
+      const std::size_t row = layout_.block_of(lens, 0, top);
+      for_each_read(
+          read, row, row + static_cast<std::size_t>(layout_.columns(lens)), [&](std::size_t first, std::size_t last) {
+            const int left = static_cast<int>(first - row) * layout_.edge();
+            const int right = std::min(static_cast<int>(last - row) * layout_.edge(), table.width);
+            for (int begin = left; begin < right; begin += kBracketChunk)
+              run_chunk({lens, table, plan, lut, top, rows, begin, std::min(begin + kBracketChunk, right)}, out);
+          });
     }
   }
 }
@@ -154,6 +160,7 @@ void BracketPass::run_chunk(const Chunk& chunk, BlockSums& out) {
   for (std::size_t k = 0; k < blocks; ++k) {
     const int consistent = consistent_exposures(first + k, disagreement_[k]);
     out.exposures[first_block + k] = static_cast<std::uint8_t>(consistent);
+    out.block_motion[first_block + k] = 0;
     if (consistent == count_)
       finish_block(chunk, first_block + k, first + k, out);
     else
@@ -166,8 +173,9 @@ void BracketPass::run_chunk(const Chunk& chunk, BlockSums& out) {
       const std::size_t block = first_block + k;
       if (out.exposures[block] != count) continue;
       finish_block(chunk, block, first + k, out);
-      out.motion_luminance +=
+      out.block_motion[block] =
           std::max(disagreement_[k] * pixels * layout_.pixel_sr(block) * unit, out.sum[block].luminance());
+      out.motion_luminance += out.block_motion[block];
     }
   }
 }
@@ -311,6 +319,8 @@ void BracketPass::finish_block(const Chunk& chunk, std::size_t block, std::size_
                       columns_.b[at] * white[2] * unit};
   out.set(block, light, columns_.peak[at] * unit, luminance, across, columns_.low[at], layout_.middle(block),
           columns_.clipped[at]);
+  out.block_noise[block] = columns_.noise[at] * unit * unit;
+  out.block_bias[block] = columns_.bias[at] * unit;
   out.noise += static_cast<double>(columns_.noise[at]) * unit * unit;
   out.bias += static_cast<double>(columns_.bias[at]) * unit;
 }

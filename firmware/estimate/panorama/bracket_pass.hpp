@@ -23,8 +23,8 @@ class BracketPass {
 
   /// Whether the bracket has two or more exposures in one format of integer codes, wide enough for vectors.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
-  /// `bracket` must have passed RowReader::bind().
-  void run(std::span<const Frame> bracket, BlockSums& out);
+  /// `bracket` must have passed RowReader::bind(). `read`: as in CodePass::run(); a block is read in every exposure.
+  void run(std::span<const Frame> bracket, std::span<const std::uint8_t> read, BlockSums& out);
 
  private:
   struct LensPlan {

@@ -167,6 +167,11 @@ class BlockFloodFill {
   /// Blocks of the last run.
   [[nodiscard]] std::span<const std::uint32_t> blocks() const { return blocks_; }
   [[nodiscard]] bool has(std::size_t block) const { return mark_[block] == run_; }
+  /// Blocks with solid angle that touch a block.
+  [[nodiscard]] std::span<const std::uint32_t> neighbours(std::size_t block) const {
+    return std::span(neighbours_)
+        .subspan(first_neighbour_[block], first_neighbour_[block + 1] - first_neighbour_[block]);
+  }
 
  private:
   const CellGrid& grid_;

@@ -56,10 +56,9 @@ void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
     plan_block(lens, block);
     if (!(block_weights_.pixels[block] > 0)) continue;
     const bool weighted = block_weights_.unit[0][block] > 0;
-    if (runs.empty() || runs.back().end != column || runs.back().weighted != weighted ||
-        (column - runs.back().first) * layout_.edge() >= kMaxRunPixels)
-      runs.push_back({column, column, weighted, run_count_++, {}});
-    runs.back().end = column + 1;
+    if (runs.empty() || runs.back().blocks.end != column || runs.back().weighted != weighted)
+      runs.push_back({{column, column}, weighted, {}});
+    runs.back().blocks.end = column + 1;
   }
   for (WeightRun& run : runs)
     if (run.weighted) plan_weights(lens, top, run);
@@ -102,26 +101,31 @@ void CodeWeights::plan_block(int lens_number, std::size_t block) {
   }
 }
 
-LaneRange CodeWeights::lane_range(int lens, Lanes lanes, const WeightRun& run) const {
+LaneRange CodeWeights::lane_range(int lens, Lanes lanes, const WeightRun& run, BlockRange blocks) const {
   const std::size_t per_pixel = lanes == Lanes::interleaved ? 3 : 1, edge = static_cast<std::size_t>(layout_.edge());
   const std::size_t row = static_cast<std::size_t>(table_.lenses[static_cast<std::size_t>(lens)].width) * per_pixel;
-  const std::size_t begin = static_cast<std::size_t>(run.first) * edge * per_pixel;
-  const std::size_t end = std::min(static_cast<std::size_t>(run.end) * edge * per_pixel, row);
-  const std::size_t count = std::max(end - begin, kMinLanes);
-  return {std::min(begin, row - count), count};
+  // The lanes of `range`, moved left and widened so that at least kMinLanes end before `limit`.
+  const auto lanes_of_range = [&](BlockRange range, std::size_t limit) {
+    const std::size_t begin = static_cast<std::size_t>(range.first) * edge * per_pixel;
+    const std::size_t end = std::min(static_cast<std::size_t>(range.end) * edge * per_pixel, row);
+    const std::size_t count = std::max(end - begin, kMinLanes);
+    return LaneRange{std::min(begin, limit - count), count};
+  };
+  const LaneRange whole = lanes_of_range(run.blocks, row);
+  return lanes_of_range(blocks, whole.begin + whole.count);
 }
 
 void CodeWeights::plan_weights(int lens_number, int top, WeightRun& run) {
   const LensTable& lens = table_.lenses[static_cast<std::size_t>(lens_number)];
   if (lens.width < static_cast<int>(kMinLanes)) return;
   const int rows = std::min(layout_.edge(), lens.height - top);
-  const std::size_t first = layout_.block_of(lens_number, run.first * layout_.edge(), top);
+  const std::size_t first = layout_.block_of(lens_number, run.blocks.first * layout_.edge(), top);
   for (std::size_t kind = 0; kind < kLaneKinds; ++kind) {
     const auto lanes = static_cast<Lanes>(kind);
-    const LaneRange s = lane_range(lens_number, lanes, run);
+    const LaneRange s = lane_range(lens_number, lanes, run, run.blocks);
     run.weights[kind] = bytes_.size();
     bytes_.resize(bytes_.size() + static_cast<std::size_t>(rows) * s.count);
-    for (std::size_t b = 0; b < static_cast<std::size_t>(run.end - run.first); ++b)
+    for (std::size_t b = 0; b < static_cast<std::size_t>(run.blocks.end - run.blocks.first); ++b)
       round_weights(lens_number, first + b, lanes, s, bytes_.data() + run.weights[kind]);
   }
 }
@@ -185,7 +189,6 @@ CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockL
   for (int lens = 0; lens < layout.lens_count(); ++lens)
     plan_lens(rig.lenses[static_cast<std::size_t>(lens)].photometry);
   codes_.resize(columns);
-  errors_.resize(weights_.run_count());
 }
 
 void CodePass::Codes::resize(std::size_t blocks) {
@@ -250,33 +253,36 @@ void CodePass::run(const Frame& frame, std::span<const std::uint8_t> read, Block
     const LensPlan& plan = lenses_[static_cast<std::size_t>(view.lens)];
     for (int top = 0; top < view.height; top += layout_.edge()) {
       const int rows = std::min(layout_.edge(), view.height - top);
+      const std::size_t row = layout_.block_of(view.lens, 0, top);
       for (const WeightRun& run : weights_.runs(view.lens, top / layout_.edge())) {
-        BlockErrorSums& errors = errors_[run.number];
-        if (read.empty() || read[run.number] != 0) {
-          sum_run(view, plan, top, rows, run);
-          errors = finish_run(view, plan, top, rows, run, radiance_per_linear, out);
-        }
-        out.noise += errors.noise;
-        out.bias += errors.bias;
-        out.clipped_sr += errors.clipped_sr;
+        const auto column = [row](std::size_t block) { return static_cast<int>(block - row); };
+        for_each_read(read, row + static_cast<std::size_t>(run.blocks.first),
+                      row + static_cast<std::size_t>(run.blocks.end), [&](std::size_t first, std::size_t last) {
+                        const Strip strip{view, plan, top, rows, run, {column(first), column(last)}};
+                        sum_strip(strip);
+                        finish_strip(strip, radiance_per_linear, out);
+                        std::fill(&out.block_motion[first], out.block_motion.data() + last, 0.0F);
+                      });
       }
     }
   }
 }
 
-void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run) {
+void CodePass::sum_strip(const Strip& strip) {
+  const auto& [view, plan, top, rows, run, blocks] = strip;
   const PixelLayout& layout = pixel_layout(view.format);
   const unsigned clipped_from = plan.clipped_from[layout.depth_index()];
   const Lanes lanes = lanes_of(view.format);
-  const LaneRange s = weights_.lane_range(view.lens, lanes, run);
-  const std::uint8_t* first_weight = run.weighted ? weights_.weights(run, lanes) : nullptr;
+  const LaneRange s = weights_.lane_range(view.lens, lanes, run, blocks);
+  const LaneRange whole = weights_.lane_range(view.lens, lanes, run, run.blocks);
   const CodeTable* table = plan.linear ? nullptr : &plan.linear16;
-  // Weights from an offset on, in rows that are `stride` bytes apart.
-  const auto weights_at = [&](std::size_t offset, std::size_t stride) {
-    return LaneWeights{run.weighted ? first_weight + offset : nullptr, stride};
+  // Weights from a lane of row `first` on, of every `step`th row.
+  const auto weights_at = [&](std::size_t lane, std::size_t first, std::size_t step) {
+    if (!run.weighted) return LaneWeights{nullptr, 0};
+    return LaneWeights{weights_.weights(run, lanes) + first * whole.count + (lane - whole.begin), step * whole.count};
   };
   if (lanes == Lanes::interleaved) {
-    sum_lanes({row_of(view, top) + s.begin, view.stride, rows, table, clipped_from}, weights_at(0, s.count), s.count,
+    sum_lanes({row_of(view, top) + s.begin, view.stride, rows, table, clipped_from}, weights_at(s.begin, 0, 1), s.count,
               groups_[0].at(s.begin));
     return;
   }
@@ -284,7 +290,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
     for (std::size_t parity = 0; parity < 2; ++parity) {
       const std::uint8_t* first = row_of(view, top + static_cast<int>(parity));
       const LaneSums to = groups_[parity].at(s.begin);
-      const LaneWeights weights = weights_at(parity * s.count, 2 * s.count);
+      const LaneWeights weights = weights_at(s.begin, parity, 2);
       if (layout.sample_bytes == 1)
         sum_lanes({first + s.begin, 2 * view.stride, rows / 2, table, clipped_from}, weights, s.count, to);
       else
@@ -315,7 +321,7 @@ void CodePass::sum_run(const View& view, const LensPlan& plan, int top, int rows
     }
     for (std::size_t c = 0; c < 3; ++c)
       sum_lanes({planes_.data() + c * kMaxRows * kCodeChunk, kCodeChunk, rows, table, clipped_from},
-                weights_at(within, s.count), count, groups_[c].at(at));
+                weights_at(at, 0, 1), count, groups_[c].at(at));
   }
 }
 
@@ -377,11 +383,11 @@ void CodePass::gather_codes(const LensPlan& plan, int rows, std::size_t begin, s
   }
 }
 
-BlockErrorSums CodePass::finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run,
-                                    float radiance_per_linear, BlockSums& out) {
+void CodePass::finish_strip(const Strip& strip, float radiance_per_linear, BlockSums& out) {
+  const auto& [view, plan, top, rows, run, range] = strip;
   const Lanes lanes = lanes_of(view.format);
-  const auto edge = static_cast<std::size_t>(layout_.edge()), first = static_cast<std::size_t>(run.first);
-  const std::size_t blocks = static_cast<std::size_t>(run.end) - first;
+  const auto edge = static_cast<std::size_t>(layout_.edge()), first = static_cast<std::size_t>(range.first);
+  const std::size_t blocks = static_cast<std::size_t>(range.end) - first;
   const std::size_t row_lanes = static_cast<std::size_t>(view.width) * (lanes == Lanes::interleaved ? 3 : 1);
   const std::size_t per_block = edge * (lanes == Lanes::interleaved ? 3 : 1);
   const std::size_t group_count = lanes == Lanes::interleaved ? 1 : lanes == Lanes::mosaic ? 2 : 3;
@@ -421,11 +427,13 @@ BlockErrorSums CodePass::finish_run(const View& view, const LensPlan& plan, int 
   in.half_y = 0.5F * static_cast<float>(rows - 1);
   in.radiance = radiance_per_linear;
   const std::size_t block = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
-  const BlockErrorSums error_sums = convert_block_sums(
-      in, weights_.block_weights(block, lanes), codes_.at_first(), blocks,
-      {&out.sum[block], &out.peak[block], &out.offset_x[block], &out.offset_y[block], &out.clipped[block]});
-  return {error_sums.noise * radiance_per_linear * radiance_per_linear, error_sums.bias * radiance_per_linear,
-          error_sums.clipped_sr};
+  const BlockErrorSums errors =
+      convert_block_sums(in, weights_.block_weights(block, lanes), codes_.at_first(), blocks,
+                         {&out.sum[block], &out.peak[block], &out.offset_x[block], &out.offset_y[block],
+                          &out.clipped[block], &out.block_noise[block], &out.block_bias[block]});
+  out.noise += errors.noise;
+  out.bias += errors.bias;
+  out.clipped_sr += errors.clipped_sr;
 }
 
 }  // namespace lightwell::estimate

@@ -22,18 +22,19 @@ enum class Lanes : std::uint8_t { interleaved, planar, mosaic };
 inline constexpr std::size_t kLaneKinds = 3;
 [[nodiscard]] Lanes lanes_of(PixelFormat format);
 
-/// Neighbouring blocks of one kind within a row of blocks, kMaxRunPixels wide at most.
+/// Neighbouring blocks of a row of blocks: columns of blocks from `first` to before `end`.
+struct BlockRange {
+  int first, end;
+};
+
+/// Neighbouring blocks of one kind within a row of blocks.
 struct WeightRun {
-  int first, end;      ///< Columns of blocks.
-  bool weighted;       ///< Pixels have 8-bit weights; false: the fitted plane is applied to sums and moments.
-  std::size_t number;  ///< Among all runs of the rig.
+  BlockRange blocks;
+  bool weighted;  ///< Pixels have 8-bit weights; false: the fitted plane is applied to sums and moments.
   std::array<std::size_t, kLaneKinds> weights;  ///< Offset of its rows of weights.
 };
 
-/// Runs are the parts of a picture that a frame reads or leaves out (RunRotation); most lights need few of them.
-inline constexpr int kMaxRunPixels = 192;
-
-/// Range of lanes that a kernel processes for a run: at least kMinLanes.
+/// Range of lanes that a kernel processes: at least kMinLanes.
 struct LaneRange {
   std::size_t begin, count;
 };
@@ -50,13 +51,9 @@ class CodeWeights {
   [[nodiscard]] std::span<const WeightRun> runs(int lens, int block_row) const {
     return rows_[static_cast<std::size_t>(lens)][static_cast<std::size_t>(block_row)];
   }
-  /// Of a lens, in blocks; 0 where the blocks have no weights.
-  [[nodiscard]] int row_count(int lens) const {
-    return rows_.empty() ? 0 : static_cast<int>(rows_[static_cast<std::size_t>(lens)].size());
-  }
-  [[nodiscard]] std::size_t run_count() const { return run_count_; }
-  [[nodiscard]] LaneRange lane_range(int lens, Lanes lanes, const WeightRun& run) const;
-  /// Weights of a weighted run: rows of lane_range().count elements.
+  /// The lanes of a range of blocks of `run`, and others of it where these are fewer than kMinLanes.
+  [[nodiscard]] LaneRange lane_range(int lens, Lanes lanes, const WeightRun& run, BlockRange blocks) const;
+  /// Weights of a weighted run: rows of lane_range(run.blocks).count elements.
   [[nodiscard]] const std::uint8_t* weights(const WeightRun& run, Lanes lanes) const {
     return bytes_.data() + run.weights[static_cast<std::size_t>(lanes)];
   }
@@ -81,7 +78,6 @@ class CodeWeights {
   const BlockLayout& layout_;
   BlockWeightArrays block_weights_;
   std::vector<std::vector<std::vector<WeightRun>>> rows_;  ///< By lens and row of blocks.
-  std::size_t run_count_ = 0;
   std::vector<std::uint8_t> bytes_;
 };
 
@@ -94,12 +90,9 @@ class CodePass {
   /// Whether the bracket is a single exposure of integer codes that the kernels can sum: rows of at least kMinLanes
   /// pixels, blocks of 2 to kMaxRows rows, and a linear response if codes have 10 or 12 bits.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
-  /// `frame` must have passed RowReader::bind(). `read`: by number of a run, whether it is read; empty: all are. The
-  /// blocks of the others keep their sums; totals are of all runs of the frame's lenses, as they were last read.
+  /// `frame` must have passed RowReader::bind(). `read`: by block, whether it is read; empty: all are. The others keep
+  /// what they hold; totals are of the blocks that were read.
   void run(const Frame& frame, std::span<const std::uint8_t> read, BlockSums& out);
-  [[nodiscard]] const CodeWeights& weights() const { return weights_; }
-  /// Errors of a run as it was last read, in units of radiance.
-  [[nodiscard]] const BlockErrorSums& errors(std::size_t run) const { return errors_[run]; }
 
  private:
   /// Sums of a run by colour, one element per block (see BlockCodes).
@@ -127,9 +120,16 @@ class CodePass {
   };
 
   void plan_lens(const PhotometricCalibration& photometry);
-  void sum_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run);
-  BlockErrorSums finish_run(const View& view, const LensPlan& plan, int top, int rows, const WeightRun& run,
-                            float radiance_per_linear, BlockSums& out);
+  /// Blocks of a row of blocks that are read at once.
+  struct Strip {
+    const View& view;
+    const LensPlan& plan;
+    int top, rows;  ///< Of pixels.
+    const WeightRun& run;
+    BlockRange blocks;  ///< Of the run.
+  };
+  void sum_strip(const Strip& strip);
+  void finish_strip(const Strip& strip, float radiance_per_linear, BlockSums& out);
   /// Fills codes_ with the sums of `blocks` blocks from lane `begin`. `columns`: samples of a channel per block row.
   template <Lanes lanes>
   void gather_codes(const LensPlan& plan, int rows, std::size_t begin, std::size_t columns, std::size_t blocks,
@@ -139,7 +139,6 @@ class CodePass {
   CodeWeights weights_;
   std::vector<LensPlan> lenses_;
   Codes codes_;
-  std::vector<BlockErrorSums> errors_;  ///< By number of a run.
   /// Sums of up to three groups of lanes: the planes converted from YCbCr, or the even and the odd rows of a mosaic.
   std::vector<Scratch> groups_;
   std::vector<std::uint8_t> planes_;

@@ -359,15 +359,16 @@ const DetectedLights& LightFinder::find_brightest(RowReader& reader, const Frame
                                ? kMinIrradianceFraction
                                : std::max(kMinIrradianceFraction, kMinFractionOfEpsilon * config.panorama.epsilon);
   min_irradiance_ = min_share * mean_ * grid_.covered_sr();
-  // Written unconditionally, counted if above the threshold: the branch would be unpredictable.
+  // Most groups of blocks hold no candidate.
   const std::vector<float>& peaks = sums_->peak;
-  candidates_.resize(peaks.size() + 1);
-  std::size_t count = 0;
-  for (std::size_t block = 0; block < peaks.size(); ++block) {
-    candidates_[count] = {peaks[block], static_cast<std::uint32_t>(block)};
-    count += peaks[block] >= min_peak_ ? 1 : 0;
+  constexpr std::size_t kGroup = 16;
+  for (std::size_t first = 0; first < peaks.size(); first += kGroup) {
+    const std::size_t end = std::min(first + kGroup, peaks.size());
+    int count = 0;
+    for (std::size_t block = first; block < end; ++block) count += peaks[block] >= min_peak_ ? 1 : 0;
+    for (std::size_t block = first; count > 0 && block < end; ++block)
+      if (peaks[block] >= min_peak_) candidates_.push_back({peaks[block], static_cast<std::uint32_t>(block)});
   }
-  candidates_.resize(count);
   std::make_heap(candidates_.begin(), candidates_.end());
   const float peak = candidates_.empty() ? 0 : candidates_.front().peak;
   // The brightest light has no lower limit of irradiance.

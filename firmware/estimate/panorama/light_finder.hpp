@@ -76,6 +76,9 @@ class LightFinder {
   /// Once after find_brightest(). At most `max_lights`, including the brightest. Valid until the next call.
   const DetectedLights& find_others(RowReader& reader, int max_lights);
 
+  /// Blocks that touch a block, across seams, poles and lenses.
+  [[nodiscard]] std::span<const std::uint32_t> neighbours(std::size_t block) const { return flood_.neighbours(block); }
+
  private:
   using PixelId = BrightPixels::Id;
   using PixelLight = BrightPixels::Light;

@@ -57,7 +57,9 @@ IntegrationErrors errors_of(const FrameIntegral& integral, const DetectedLights&
 
 /// The core of a light has at least this part of its peak (light_finder.hpp).
 constexpr float kCoreFraction = 0.5F;
-constexpr std::size_t kMaxWatched = 1024;
+constexpr std::size_t kMaxWatched = 8192;
+/// Wider cores, sr, are spread over the groups of the rotation, each of which shows a change of the light.
+constexpr double kMaxWatchedCore_sr = 0.08;
 
 Projection scaled(Projection projection, double factor) {
   for (auto& c : projection.c)
@@ -184,6 +186,7 @@ class PanoramaEstimator final : public Estimator {
     clipped_tracks_.reserve(kMaxLights + 1);
     clipped_.reserve(kMaxLights + 1);
     watched_.reserve(kMaxWatched);
+    core_.reserve(kMaxWatched);
     residual_sums_.reserve(integrator_->cell_directions().size());
     reset_mapper();
   }
@@ -211,7 +214,8 @@ class PanoramaEstimator final : public Estimator {
 
  private:
   const DetectedLights& find_lights(const FrameIntegral& integral);
-  /// Of interleaved frames: the core of each light is read in the next frame.
+  /// Of interleaved frames: the core of each light that is not wide, and the blocks around it, are read in the next
+  /// frame.
   void watch_lights(const BlockSums& blocks, const DetectedLights& found);
   [[nodiscard]] OptimizerOptions limits(const RelativeErrors& errors) const;
   [[nodiscard]] Flicker detect_flicker(std::span<const Frame> bracket, const FrameIntegral& integral);
@@ -232,7 +236,8 @@ class PanoramaEstimator final : public Estimator {
   std::optional<LightTexels> light_texels_;
   bool mapper_is_new_ = true;  ///< None of its maps was sent yet.
   std::vector<CellSum> residual_sums_;
-  std::vector<std::uint32_t> watched_;  ///< Blocks with the cores of the lights.
+  std::vector<std::uint32_t> watched_;  ///< Blocks with the cores of the lights, and around them.
+  std::vector<std::uint32_t> core_;     ///< Blocks with the core of a light.
   FlickerDetector flicker_;
   bool flicker_of_brackets_ = false;  ///< The detector's frames are exposures of brackets.
   LightTracker tracker_;
@@ -294,16 +299,35 @@ const DetectedLights& PanoramaEstimator::find_lights(const FrameIntegral& integr
 
 void PanoramaEstimator::watch_lights(const BlockSums& blocks, const DetectedLights& found) {
   watched_.clear();
+  double unread = 0;
   for (const std::uint8_t region : found.region) {
-    const auto of_region = [region](const DetectedLights::Part& part) { return part.region == region; };
+    // Parts are sorted by region.
+    const auto parts = std::ranges::equal_range(found.parts, region, {}, &DetectedLights::Part::region);
     float largest = 0;
-    for (const DetectedLights::Part& part : found.parts)
-      if (of_region(part)) largest = std::max(largest, blocks.peak[part.block]);
-    for (const DetectedLights::Part& part : found.parts)
-      if (of_region(part) && blocks.peak[part.block] >= kCoreFraction * largest && watched_.size() < kMaxWatched)
-        watched_.push_back(part.block);
+    for (const DetectedLights::Part& part : parts) largest = std::max(largest, blocks.peak[part.block]);
+    double core = 0, all = 0, core_sr = 0;
+    core_.clear();
+    for (const DetectedLights::Part& part : parts) {
+      const auto light = static_cast<double>(part.light.luminance());
+      all += light;
+      if (!(blocks.peak[part.block] >= kCoreFraction * largest)) continue;
+      core += light;
+      if (core_.size() < core_.capacity()) core_.push_back(part.block);
+    }
+    // A block may have several parts.
+    std::ranges::sort(core_);
+    core_.erase(std::unique(core_.begin(), core_.end()), core_.end());
+    for (const std::uint32_t block : core_) core_sr += static_cast<double>(integrator_->grid().solid_angle(block));
+    if (core_sr > kMaxWatchedCore_sr || !(core > 0)) continue;
+    unread = std::max(unread, all / core - 1);
+    for (const std::uint32_t block : core_) {
+      const std::span<const std::uint32_t> around = finder_.neighbours(block);
+      if (watched_.size() + around.size() + 1 > watched_.capacity()) break;
+      watched_.push_back(block);
+      watched_.insert(watched_.end(), around.begin(), around.end());
+    }
   }
-  integrator_->watch(watched_);
+  integrator_->watch(watched_, unread);
 }
 
 OptimizerOptions PanoramaEstimator::limits(const RelativeErrors& errors) const {

@@ -23,24 +23,22 @@ constexpr std::uint32_t kNoRun = 0xFFFFFFFF;
 
 }  // namespace
 
-RunRotation::RunRotation(const CodePass& pass, const BlockLayout& layout, const CellGrid& grid)
-    : pass_(pass), grid_(grid), run_of_block_(layout.size(), kNoRun) {
-  runs_.resize(pass.weights().run_count());
-  for (int lens = 0; lens < layout.lens_count(); ++lens) {
-    for (int row = 0; row < pass.weights().row_count(lens); ++row) {
-      const std::size_t first = layout.block_of(lens, 0, row * layout.edge());
-      std::uint32_t within = 0;
-      for (const WeightRun& run : pass.weights().runs(lens, row)) {
-        const Run at{first + static_cast<std::size_t>(run.first), first + static_cast<std::size_t>(run.end),
-                     static_cast<std::uint32_t>(row + lens) + 3 * within++};
-        runs_[run.number] = at;
-        for (std::size_t block = at.begin; block < at.end; ++block)
-          run_of_block_[block] = static_cast<std::uint32_t>(run.number);
-      }
-    }
+RunRotation::RunRotation(const BlockLayout& layout, const CellGrid& grid)
+    : grid_(grid), run_of_block_(layout.size(), kNoRun), read_(layout.size()), is_watched_(layout.size()) {
+  std::uint32_t within = 0;
+  for (std::size_t block = 0; block < layout.size(); ++block) {
+    const BlockLayout::Place& place = layout.place(block);
+    if (place.x == 0) within = 0;
+    if (!(grid.solid_angle(block) > 0)) continue;
+    const bool continues = place.x > 0 && !runs_.empty() && runs_.back().end == block;
+    if (!continues || (block - runs_.back().begin) * static_cast<std::size_t>(layout.edge()) >= kMaxPixels)
+      runs_.push_back({block, block, static_cast<std::uint32_t>(place.y / layout.edge() + place.lens) + 3 * within++});
+    runs_.back().end = block + 1;
+    run_of_block_[block] = static_cast<std::uint32_t>(runs_.size() - 1);
   }
-  read_.resize(runs_.size());
-  watched_.resize(runs_.size());
+  has_read_.resize(runs_.size());
+  changed_.reserve(runs_.size());
+  watched_.reserve(layout.size());
 }
 
 std::span<const std::uint8_t> RunRotation::begin_frame(int interleave, ProbeTime time) {
@@ -48,77 +46,107 @@ std::span<const std::uint8_t> RunRotation::begin_frame(int interleave, ProbeTime
   all_ = !started_ || refresh_ || interleave != interleave_ || since <= 0 || since > kMaxPause.ns;
   if (interleave != interleave_) {
     projections_.resize(runs_.size());
-    centroid_offsets_.resize(runs_.size());
+    sums_.resize(runs_.size());
     stale_.assign(static_cast<std::size_t>(interleave), 0);
     interleave_ = interleave;
     started_ = false;
   }
   if (!started_) {
     total_ = {};
-    for (auto& of_run : projections_) of_run = {};
+    for (CellGrid::PartialTotals& of_run : projections_) of_run = {};
   }
   last_ = time;
   group_ = (group_ + 1) % static_cast<std::uint32_t>(interleave);
-  difference_ = {};
-  difference_noise_ = 0;
-  for (std::size_t run = 0; run < runs_.size(); ++run)
-    read_[run] = all_ || watched_[run] != 0 || runs_[run].position % static_cast<std::uint32_t>(interleave) == group_;
-  // The noise of the last reading; that of this one is about the same.
-  for (std::size_t run = 0; run < runs_.size(); ++run)
-    if (runs_[run].position % static_cast<std::uint32_t>(interleave) == group_)
-      difference_noise_ += 2 * pass_.errors(run).noise;
+  of_group_ = of_watched_ = {};
+  std::ranges::fill(read_, std::uint8_t{0});
+  std::ranges::fill(has_read_, std::uint8_t{0});
+  changed_.clear();
+  for (std::size_t run = 0; run < runs_.size(); ++run) {
+    if (!all_ && !in_group(run)) continue;
+    std::fill(&read_[runs_[run].begin], &read_[runs_[run].end - 1] + 1, std::uint8_t{1});
+    has_read_[run] = 1;
+    changed_.push_back(static_cast<std::uint32_t>(run));
+  }
+  for (const std::uint32_t block : watched_) {
+    const std::uint32_t run = run_of_block_[block];
+    if (run == kNoRun) continue;
+    read_[block] = 1;
+    if (has_read_[run] == 0) changed_.push_back(run);
+    has_read_[run] = 1;
+  }
   return read_;
 }
 
-void RunRotation::set(std::size_t run, std::span<const CellSum> sums,
-                      std::span<const CellGrid::CentroidOverride> overrides, double centroid_offset) {
-  CellGrid::Totals light{};
-  grid_.add(runs_[run].begin, runs_[run].end, sums, overrides, light);
-  const bool of_group = runs_[run].position % static_cast<std::uint32_t>(interleave_) == group_;
-  for (std::size_t k = 0; k < 3; ++k) {
-    for (std::size_t i = 0; i < kRowCount; ++i) {
-      float& kept = projections_[run][k][i];
-      const auto now = static_cast<float>(light[k][i]);
-      const double change = static_cast<double>(now) - static_cast<double>(kept);
-      total_[k][i] += change;
-      if (of_group) difference_[k][i] += change;
-      kept = now;
-    }
+void RunRotation::set(std::size_t run, const BlockSums& blocks, std::span<const CellGrid::CentroidOverride> overrides,
+                      double centroid_offset) {
+  const auto [begin, end, position] = runs_[run];
+  CellGrid::PartialTotals light;
+  grid_.add(begin, end, blocks.sum, overrides, light);
+  CellGrid::PartialTotals& kept = projections_[run];
+  const auto add_change = [&](CellGrid::Totals& to) {
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t i = 0; i < kRowCount; ++i)
+        to[k][i] += static_cast<double>(light.c[k][i]) - static_cast<double>(kept.c[k][i]);
+  };
+  Sums sums{.centroid_offset = centroid_offset};
+  for (std::size_t block = begin; block < end; ++block) {
+    sums.noise += static_cast<double>(blocks.block_noise[block]);
+    sums.bias += static_cast<double>(blocks.block_bias[block]);
+    sums.clipped_sr += static_cast<double>(blocks.clipped[block]);
+    sums.motion_luminance += static_cast<double>(blocks.block_motion[block]);
   }
-  centroid_offsets_[run] = centroid_offset;
+  add_change(total_);
+  if (in_group(run) || !all_) {
+    Difference& difference = in_group(run) ? of_group_ : of_watched_;
+    add_change(difference.light);
+    // The noise of this reading; that of the last one was about the same.
+    difference.noise += 2 * sums.noise;
+  }
+  kept = light;
+  sums_[run] = sums;
 }
 
-double RunRotation::change_of(const CellGrid::Totals& difference, double noise) {
+double RunRotation::change_of(const Difference& difference) {
   Projection change;
   for (std::size_t i = 0; i < kRowCount; ++i)
-    for (std::size_t k = 0; k < 3; ++k) change.c[i][k] = difference[k][i];
+    for (std::size_t k = 0; k < 3; ++k) change.c[i][k] = difference.light[k][i];
   const IrradianceRms irradiance = irradiance_rms(change);
   const double largest = std::max(irradiance.plain, irradiance.weighted);
-  return largest > kNoiseSigmas * noise_rms({.noise = noise}) ? largest : 0;
+  return largest > kNoiseSigmas * noise_rms({.noise = difference.noise}) ? largest : 0;
 }
 
-void RunRotation::project(Projection& out) {
+RunRotation::Sums RunRotation::finish_frame(Projection& out) {
   grid_.fit(total_, out);
-  const double change = started_ ? kGroupMargin * change_of(difference_, difference_noise_) : 0;
+  const double change = started_ ? kGroupMargin * change_of(of_group_) : 0;
   started_ = true;
+  stale_lights_ = all_ ? 0 : stale_lights_ + kGroupMargin * unread_ * change_of(of_watched_);
   for (double& stale : stale_) stale = all_ ? 0 : std::max(stale, change);
   stale_[group_] = 0;
   const IrradianceRms scene = irradiance_rms(out);
   const double limit = kMaxStale * std::min(scene.plain, scene.weighted);
   // While all is read, the group's change is that of one frame.
   refresh_ = (all_ ? change * interleave_ : stale()) > limit;
+  Sums all;
+  for (const Sums& of_run : sums_) {
+    all.noise += of_run.noise;
+    all.bias += of_run.bias;
+    all.clipped_sr += of_run.clipped_sr;
+    all.motion_luminance += of_run.motion_luminance;
+    all.centroid_offset += of_run.centroid_offset;
+  }
+  return all;
 }
 
-double RunRotation::centroid_offset() const {
-  return std::accumulate(centroid_offsets_.begin(), centroid_offsets_.end(), 0.0);
-}
+double RunRotation::stale() const { return std::accumulate(stale_.begin(), stale_.end(), stale_lights_); }
 
-double RunRotation::stale() const { return std::accumulate(stale_.begin(), stale_.end(), 0.0); }
-
-void RunRotation::watch(std::span<const std::uint32_t> blocks) {
-  std::ranges::fill(watched_, std::uint8_t{0});
-  for (const std::uint32_t block : blocks)
-    if (run_of_block_[block] != kNoRun) watched_[run_of_block_[block]] = 1;
+void RunRotation::watch(std::span<const std::uint32_t> blocks, double unread) {
+  unread_ = unread;
+  for (const std::uint32_t block : watched_) is_watched_[block] = 0;
+  watched_.clear();
+  for (const std::uint32_t block : blocks) {
+    if (is_watched_[block] == 0) watched_.push_back(block);
+    is_watched_[block] = 1;
+  }
 }
 
 }  // namespace lightwell::estimate

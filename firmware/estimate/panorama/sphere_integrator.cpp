@@ -1,6 +1,7 @@
 #include "estimate/panorama/sphere_integrator.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -20,6 +21,22 @@ Vec3d mirrored(Vec3d d, Vec3d axis) { return d - axis * (2 * dot(d, axis)); }
 /// Largest error without centroid correction: luminance times the centroid's offset, rad, relative to all luminance.
 constexpr double kMaxCentroidError = 2e-6;
 constexpr std::size_t kMaxCentroidCorrections = 4096;
+
+/// Four blocks at a time, 256 in float and then in double: a rounding error of 4e-6 at most.
+double luminance_of_all(std::span<const CellSum> blocks) {
+  constexpr std::size_t kAtOnce = 4, kInFloat = 256;
+  double r = 0, g = 0, b = 0;
+  std::size_t at = 0;
+  while (at + kAtOnce <= blocks.size()) {
+    std::array<CellSum, kAtOnce> sums{};
+    const std::size_t end = std::min(at + kInFloat, blocks.size() / kAtOnce * kAtOnce);
+    for (; at < end; at += kAtOnce)
+      for (std::size_t i = 0; i < kAtOnce; ++i) sums[i] += blocks[at + i];
+    for (const CellSum& s : sums) r += s.r, g += s.g, b += s.b;
+  }
+  for (; at < blocks.size(); ++at) r += blocks[at].r, g += blocks[at].g, b += blocks[at].b;
+  return luminance_of(r, g, b);
+}
 
 }  // namespace
 
@@ -132,7 +149,7 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
       block_pass_(table, layout_),
       code_pass_(rig, table, layout_),
       bracket_pass_(rig, table, layout_),
-      rotation_(code_pass_, layout_, grid_),
+      rotation_(layout_, grid_),
       unseen_(rig, table, layout_, grid_),
       integral_(layout_, unseen_.cells().size()),
       pixel_rad_(pixel_side(table)) {
@@ -140,6 +157,9 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
   offset_luminance_.resize(layout_.size());
   bilinear_samples_.resize(kMaxCentroidCorrections);
   offset_blocks_.resize(kMaxCentroidCorrections + 1);
+  lens_sr_.resize(static_cast<std::size_t>(layout_.lens_count()));
+  for (std::size_t block = 0; block < layout_.size(); ++block)
+    lens_sr_[static_cast<std::size_t>(layout_.place(block).lens)] += grid_.solid_angle(block);
 }
 
 const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill,
@@ -148,15 +168,16 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
   unsigned present = 0;
   for (int lens = 0; lens < layout_.lens_count(); ++lens)
     if (reader.has(lens)) present |= 1U << lens;
-  const bool codes = code_pass_.supports(bracket);
-  const bool rotates = codes && interleave > 1 && present == (1U << layout_.lens_count()) - 1;
-  if (!rotates) rotation_.restart();
+  const bool codes = code_pass_.supports(bracket), merges = bracket_pass_.supports(bracket);
+  const bool rotates = (codes || merges) && interleave > 1 && present == (1U << layout_.lens_count()) - 1;
+  if (!rotates || bracket.size() != exposure_count_) rotation_.restart();
+  exposure_count_ = bracket.size();
   std::span<const std::uint8_t> read;
   if (rotates) read = rotation_.begin_frame(interleave, bracket.front().info.mid_exposure);
   if (codes) {
     code_pass_.run(bracket[0], read, out.blocks);
-  } else if (bracket_pass_.supports(bracket)) {
-    bracket_pass_.run(bracket, out.blocks);
+  } else if (merges) {
+    bracket_pass_.run(bracket, read, out.blocks);
     reader.limit_exposures_per_block(layout_, out.blocks.exposures);
   } else {
     block_pass_.run(reader, out.blocks);
@@ -165,14 +186,17 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
   out.interleaved = rotates;
   out.stale = 0;
   if (rotates) {
-    for (std::size_t run = 0; run < read.size(); ++run) {
-      if (read[run] == 0) continue;
+    for (const std::uint32_t run : rotation_.changed()) {
       const auto [begin, end, position] = rotation_.runs()[run];
       const double centroid_offset = correct_centroids(begin, end, luminance);
-      rotation_.set(run, out.blocks.sum, centroid_overrides_, centroid_offset);
+      rotation_.set(run, out.blocks, centroid_overrides_, centroid_offset);
     }
-    rotation_.project(out.projection);
-    out.centroid_offset = rotation_.centroid_offset();
+    const RunRotation::Sums sums = rotation_.finish_frame(out.projection);
+    out.blocks.noise = sums.noise;
+    out.blocks.bias = sums.bias;
+    out.blocks.clipped_sr = sums.clipped_sr;
+    out.blocks.motion_luminance = sums.motion_luminance;
+    out.centroid_offset = sums.centroid_offset;
     out.stale = rotation_.stale();
   } else {
     out.centroid_offset = correct_centroids(0, layout_.size(), luminance);
@@ -192,14 +216,14 @@ double SphereIntegrator::sum_observed(unsigned present) {
   for (int lens = 0; lens < layout_.lens_count(); ++lens) {
     const std::size_t first = layout_.first(lens);
     const std::size_t end = lens + 1 < layout_.lens_count() ? layout_.first(lens + 1) : layout_.size();
+    if ((present >> lens & 1U) != 0) {
+      observed_sr += lens_sr_[static_cast<std::size_t>(lens)];
+      luminance += luminance_of_all(std::span(blocks.sum).subspan(first, end - first));
+      continue;
+    }
     for (std::size_t block = first; block < end; ++block) {
-      if ((present >> lens & 1U) == 0) {
-        blocks.sum[block] = {};
-        blocks.peak[block] = blocks.offset_x[block] = blocks.offset_y[block] = blocks.clipped[block] = 0;
-        continue;
-      }
-      observed_sr += grid_.solid_angle(block);
-      luminance += blocks.sum[block].luminance();
+      blocks.sum[block] = {};
+      blocks.peak[block] = blocks.offset_x[block] = blocks.offset_y[block] = blocks.clipped[block] = 0;
     }
   }
   integral_.observed_sr = observed_sr;

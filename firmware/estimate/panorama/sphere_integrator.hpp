@@ -68,11 +68,12 @@ class SphereIntegrator {
 
   /// The result is valid until the next call. `reader` must be bound to `bracket`; where exposures were excluded from
   /// blocks because of motion, it reads without them until the next bind(). `fill`: what replaces unobserved light.
-  /// `interleave`: frames in which the whole picture is read once (RunRotation), where CodePass supports the bracket
-  /// and no lens is missing; otherwise, and for 1, the frame is read whole.
+  /// `interleave`: brackets in which the whole picture is read once (RunRotation), where CodePass or BracketPass
+  /// supports the bracket and no lens is missing; otherwise, and for 1, it is read whole, as the first bracket with
+  /// another number of exposures than the last.
   const FrameIntegral& integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill, int interleave);
   /// After integrate(): what the next one reads again; see RunRotation::watch().
-  void watch(std::span<const std::uint32_t> blocks) { rotation_.watch(blocks); }
+  void watch(std::span<const std::uint32_t> blocks, double unread) { rotation_.watch(blocks, unread); }
 
   [[nodiscard]] const BlockLayout& layout() const { return layout_; }
   /// Block k is cell k.
@@ -111,6 +112,8 @@ class SphereIntegrator {
   FrameIntegral integral_;
   Projection unseen_projection_;
   double pixel_rad_;
+  std::size_t exposure_count_ = 0;                ///< Of the last bracket.
+  std::vector<double> lens_sr_;                   ///< By lens, solid angle of its blocks.
   std::vector<float> offset_luminance_;           ///< By block, luminance times pixels from the middle.
   std::vector<std::uint32_t> offset_blocks_;      ///< Blocks with centroid correction, and one unused element.
   std::vector<BilinearSample> bilinear_samples_;  ///< Of these blocks.

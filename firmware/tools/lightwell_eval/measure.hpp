@@ -34,7 +34,7 @@ struct Case {
   int exposures = 1;
   int block_edge = 0;  ///< PanoramaOptions::block_edge.
   EstimatorConfig config;
-  bool named = false;  ///< One of the three named settings.
+  bool named = false;  ///< One of the named settings.
 
   /// Whether both cases have the same camera and sensor, so that they are compared.
   [[nodiscard]] bool competes_with(const Case& o) const {

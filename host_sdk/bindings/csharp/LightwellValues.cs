@@ -59,7 +59,7 @@ namespace Lightwell
         public uint LightCount;
         public uint ProbeId;
         public uint CalibrationId;
-        /// <summary>1 fast, 2 balanced, 3 exact.</summary>
+        /// <summary>1 fast, 2 balanced, 3 exact, 4 fastest.</summary>
         public int Setting;
         /// <summary>0 unknown, 1 none, 2 100 Hz, 3 120 Hz.</summary>
         public int Flicker;
@@ -168,7 +168,7 @@ namespace Lightwell
     {
         internal uint size;
         public int Band, MaxLights;
-        /// <summary>1 fast, 2 balanced, 3 exact.</summary>
+        /// <summary>1 fast, 2 balanced, 3 exact, 4 fastest.</summary>
         public int Setting;
         /// <summary>1 none, 2 mirror, 3 average.</summary>
         public int Unseen;

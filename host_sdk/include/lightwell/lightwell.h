@@ -184,7 +184,7 @@ typedef struct lw_estimator_config {
   uint32_t size;
   int32_t band;             /* 0 to 6. */
   int32_t max_lights;       /* 0 to 64. */
-  int32_t setting;          /* 1 fast, 2 balanced, 3 exact. */
+  int32_t setting;          /* 1 fast, 2 balanced, 3 exact, 4 fastest (since LW_ABI_VERSION 0x00010008). */
   int32_t unseen;           /* From here on, of the panorama estimator only. 1 none, 2 mirror, 3 average. */
   int32_t smoothing;        /* 1 none, 2 the 1 euro filter. */
   int32_t environment_edge; /* 0, 8, 16, 32 or 64. */
@@ -347,7 +347,7 @@ typedef struct lw_lighting_info {
   uint32_t light_count;
   uint32_t probe_id;
   uint32_t calibration_id;
-  int32_t setting; /* 1 fast, 2 balanced, 3 exact. */
+  int32_t setting; /* 1 fast, 2 balanced, 3 exact, 4 fastest. */
   int32_t flicker; /* 0 unknown, 1 none, 2 100 Hz, 3 120 Hz. */
   lw_derivation derivation;
   int32_t reserved;

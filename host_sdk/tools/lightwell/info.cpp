@@ -85,8 +85,8 @@ int run_info(const Options& options) {
   std::printf("frames       %llu, lost %llu, captures dropped %llu, brackets incomplete %llu\n", wide(counters.frames),
               wide(counters.frames_lost), wide(counters.captures_dropped), wide(counters.brackets_incomplete));
   std::printf("estimates    %llu, failed %llu\n", wide(counters.estimates), wide(counters.estimates_failed));
-  std::printf("budget       setting moved %llu times, late %llu, late at fast %llu\n", wide(counters.setting_moves),
-              wide(counters.estimates_late), wide(counters.estimates_late_at_fast));
+  std::printf("budget       setting moved %llu times, late %llu, late at the cheapest %llu\n",
+              wide(counters.setting_moves), wide(counters.estimates_late), wide(counters.estimates_late_at_fast));
   std::printf("clients      %u, descriptors coalesced %llu\n", counters.clients, wide(counters.descriptors_coalesced));
   std::printf("refused      %llu messages, %llu unauthenticated calls, %llu invalid client lists\n",
               wide(counters.messages_refused), wide(counters.authentication_failures),

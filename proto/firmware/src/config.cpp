@@ -10,9 +10,11 @@
 namespace lightwell {
 
 EstimatorConfig config_for_setting(EstimatorConfig config) {
-  const double wider = config.setting == Setting::fast ? 2 : config.setting == Setting::exact ? 0 : 1;
+  const bool fast = config.setting == Setting::fast || config.setting == Setting::fastest;
+  const double wider = fast ? 2 : config.setting == Setting::exact ? 0 : 1;
   config.panorama.epsilon *= wider;
   config.panorama.radiance_epsilon *= wider;
+  if (config.setting == Setting::fastest) config.panorama.interleave = kMaxInterleave;
   return config;
 }
 
@@ -75,6 +77,8 @@ Status Config::validate() const {
   if (const Status s = camera.capture.validate(); !s.ok()) return s;
   if (!(budget_ms >= 0) || !std::isfinite(budget_ms))
     return invalid_argument("budget_ms must be milliseconds an estimate may take, or 0 for no budget");
+  if (!(max_bound >= 0 && max_bound < 1))
+    return invalid_argument("max_bound must be a relative error below 1, 0.02 is 2 %, or 0 for none");
   if (estimator_kind == EstimatorKind::marker && !marker)
     return invalid_argument(
         "--estimator marker needs a body: name its file with --body or marker.body_file; lightwell-calibrate "
@@ -331,6 +335,7 @@ Result<Config> parse_config(std::string_view text, const std::string& name, cons
   c.grpc = grpc_of(m.grpc());
   c.record_path = m.record().path();
   c.budget_ms = m.budget_ms();
+  c.max_bound = m.max_bound();
   if (m.has_grey_patch())
     if (const Status s = grey_patch_of(m.grey_patch()).assign_to(c.grey_patch); !s.ok()) return s.in(name);
   if (m.has_marker()) c.marker = MarkerConfig{m.marker().body_file()};

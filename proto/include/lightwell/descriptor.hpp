@@ -71,13 +71,14 @@ inline constexpr std::array kFlags = {Flag::unseen, Flag::clipped,   Flag::clean
   return kNames[flag <= Flag::unsure ? static_cast<std::size_t>(flag) : 0];
 }
 
-/// Trade-off between computation time, bytes and accuracy, cheapest first. Meanings: config.proto.
-enum class Setting : std::uint8_t { fast = 1, balanced = 2, exact = 3 };
-inline constexpr std::array kSettings = {Setting::fast, Setting::balanced, Setting::exact};
+/// Trade-off between computation time, bytes and accuracy. Meanings: config.proto.
+enum class Setting : std::uint8_t { fast = 1, balanced = 2, exact = 3, fastest = 4 };
+/// Cheapest first.
+inline constexpr std::array kSettings = {Setting::fastest, Setting::fast, Setting::balanced, Setting::exact};
 
 [[nodiscard]] constexpr std::string_view to_string(Setting setting) {
-  constexpr std::string_view kNames[] = {"unknown", "fast", "balanced", "exact"};
-  return kNames[setting <= Setting::exact ? static_cast<std::size_t>(setting) : 0];
+  constexpr std::string_view kNames[] = {"unknown", "fast", "balanced", "exact", "fastest"};
+  return kNames[setting <= Setting::fastest ? static_cast<std::size_t>(setting) : 0];
 }
 
 /// Flicker of the light at twice the mains frequency.

@@ -29,6 +29,8 @@ enum class EstimatorKind : std::uint8_t { panorama = 1, marker = 2, specular = 3
 inline constexpr std::array kEstimatorKinds = {EstimatorKind::panorama, EstimatorKind::marker, EstimatorKind::specular};
 [[nodiscard]] std::string_view to_string(EstimatorKind kind);
 
+inline constexpr int kMaxInterleave = 16;
+
 /// Options of the panorama estimator. Meanings and defaults: config.proto.
 struct PanoramaEstimatorConfig {
   double light_threshold = 6;

@@ -23,6 +23,9 @@ TEST(EstimatorTable, TheConfiguredEstimatorIsMade) {
   EXPECT_THAT(bodiless.message(), ::testing::HasSubstr("/nonexistent/body.textproto"));
   config.budget_ms = 5;
   EXPECT_THAT(make_estimator(config, {}, {}).status().message(), ::testing::HasSubstr("no cheaper setting"));
+  config.budget_ms = 0;
+  config.max_bound = 0.02;
+  EXPECT_THAT(make_estimator(config, {}, {}).status().message(), ::testing::HasSubstr("max_bound: the marker"));
 
   config = {};
   config.estimator_kind = EstimatorKind::specular;

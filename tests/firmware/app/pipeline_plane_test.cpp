@@ -30,7 +30,7 @@ class PipelinePlaneTest : public ::testing::Test {
  protected:
   void start(const PlaneEncoderOptions& planes = {}) {
     pipeline_ = std::make_unique<Pipeline>(StatusSnapshot{}, std::make_unique<FakeEstimator>(script_),
-                                           EstimatorConfig{}, 0, planes);
+                                           EstimatorConfig{}, Pipeline::Limits{}, planes);
     pipeline_->publisher().add(std::make_unique<FakeLink>(link_));
     ASSERT_TRUE(pipeline_->start().ok());
   }

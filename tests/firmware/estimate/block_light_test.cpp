@@ -111,8 +111,9 @@ Truth truth_of(TestRun& test_run, std::size_t b) {
   out.offset_y = sum > 0 ? down / sum : 0;
   const double largest = std::clamp(std::max({mean[0], mean[1], mean[2]}), 0.0, 1.0);
   const float step = r.step == nullptr ? r.plain_unit : r.step[static_cast<std::size_t>(largest * 4095)];
-  out.noise = w.spread[b] * (r.read2 + r.shot * std::max(mean[1], 0.0) + double(step) * step / 12);
-  out.bias = w.total[b] * double(near_black_bias(static_cast<float>(mean[1]), step, r.cut_noise));
+  out.noise = double(r.radiance) * r.radiance * w.spread[b] *
+              (r.read2 + r.shot * std::max(mean[1], 0.0) + double(step) * step / 12);
+  out.bias = double(r.radiance) * w.total[b] * double(near_black_bias(static_cast<float>(mean[1]), step, r.cut_noise));
   out.clipped_sr = w.solid_angle[b] * std::min(1.0, double(test_run.clipped[b]) * w.per_pixel[b]);
   return out;
 }
@@ -127,11 +128,12 @@ TEST(BlockLight, EqualsTheFormulasInDouble) {
           TestRun test_run(blocks, weighted, 7);
           if (with_steps) test_run.run.step = test_run.step.data();
           std::vector<CellSum> light(kMaxTestBlocks + 1, {kGuard, kGuard, kGuard});
-          std::array<std::vector<float>, 4> outputs;
+          std::array<std::vector<float>, 6> outputs;
           outputs.fill(std::vector<float>(kMaxTestBlocks + 1, kGuard));
-          const BlockErrorSums error_sums = convert_block_sums(
-              test_run.run, test_run.weights(), test_run.codes(), blocks,
-              {light.data(), outputs[0].data(), outputs[1].data(), outputs[2].data(), outputs[3].data()});
+          const BlockErrorSums error_sums =
+              convert_block_sums(test_run.run, test_run.weights(), test_run.codes(), blocks,
+                                 {light.data(), outputs[0].data(), outputs[1].data(), outputs[2].data(),
+                                  outputs[3].data(), outputs[4].data(), outputs[5].data()});
           Truth all;
           for (std::size_t b = 0; b < blocks; ++b) {
             const Truth t = truth_of(test_run, b);
@@ -147,6 +149,9 @@ TEST(BlockLight, EqualsTheFormulasInDouble) {
             EXPECT_TRUE(near(outputs[1][b], t.offset_x, 10)) << b << " " << outputs[1][b] << " " << t.offset_x;
             EXPECT_TRUE(near(outputs[2][b], t.offset_y, 10)) << b;
             EXPECT_TRUE(near(outputs[3][b], t.clipped_sr, 0)) << b;
+            // A step that differs by 0.1 % is squared.
+            EXPECT_NEAR(outputs[4][b], t.noise, 2e-3 * t.noise) << b;
+            EXPECT_NEAR(outputs[5][b], t.bias, 2e-3 * t.bias + 1e-9) << b;
             all.noise += t.noise, all.bias += t.bias, all.clipped_sr += t.clipped_sr;
           }
           EXPECT_NEAR(error_sums.noise, all.noise, 1e-4 * all.noise);

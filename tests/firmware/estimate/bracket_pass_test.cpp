@@ -7,6 +7,7 @@
 #include "brackets.hpp"
 #include "each_target.hpp"
 #include "estimate/frames/row_reader.hpp"
+#include "parts_of_picture.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -55,7 +56,8 @@ void check(const Case& c) {
     BracketPass pass(rig, table, layout);
     ASSERT_TRUE(pass.supports(bracket.frames));
     BlockSums got(layout);
-    pass.run(bracket.frames, got);
+    pass.run(bracket.frames, {}, got);
+    EXPECT_EQ(test::difference_of_parts(pass, bracket.frames, got, layout), "");
     double difference = 0;
     std::size_t excluded_blocks = 0;
     for (std::size_t i = 0; i < layout.size(); ++i) {

@@ -14,6 +14,7 @@
 #include "estimate/frames/row_reader.hpp"
 #include "firmware/estimate/each_target.hpp"
 #include "firmware/estimate/oracle_cases.hpp"
+#include "firmware/estimate/parts_of_picture.hpp"
 
 namespace lightwell::estimate {
 namespace {
@@ -259,6 +260,7 @@ TEST_P(EveryCodeFormat, CodePassEqualsTheOracle) {
         EXPECT_LT(passes.deviation(sums, coefficients), kCodePrecision) << target;
         if (!first) first = sums;
         EXPECT_EQ(find_difference(sums, *first), "") << target;
+        EXPECT_EQ(test::difference_of_parts(passes.codes, shot.frames[0], sums, passes.layout), "") << target;
       });
       const Deviations o = deviations(*first, truth);
       EXPECT_LT(o.sum, 4e-3) << "tolerance: weights at the edge are rounded to 1/255 of the block's largest";

@@ -200,6 +200,10 @@ static void changes_name_their_fields(lw_probe* probe) {
   config.epsilon = 0.02;
   CHECK(lw_probe_change_estimator(probe, &config, LW_FIELD_EPSILON) == LW_FAILED_PRECONDITION);
   CHECK(strstr(lw_last_error(NULL), "recording") != NULL);
+  config.setting = 4;
+  CHECK(lw_probe_change_estimator(probe, &config, LW_FIELD_SETTING) == LW_FAILED_PRECONDITION);
+  config.setting = 5;
+  CHECK(lw_probe_change_estimator(probe, &config, LW_FIELD_SETTING) == LW_INVALID_ARGUMENT);
   CHECK(lw_probe_change_estimator(probe, &config, 0) == LW_INVALID_ARGUMENT);
   CHECK(strstr(lw_last_error(NULL), "no field") != NULL);
   CHECK(lw_probe_change_estimator(probe, &config, LW_FIELD_EPSILON | (uint64_t)1 << 40) == LW_INVALID_ARGUMENT);

@@ -280,7 +280,7 @@ class Errors(unittest.TestCase):
                 with self.raises(Status.INVALID_ARGUMENT, "specular.environment_edge"):
                     change(specular_environment_edge=7)
                 with self.raises(Status.FAILED_PRECONDITION, "recording"):
-                    change(setting="fast", unseen=lightwell.UnseenFill.MIRROR, marker_max_faces=3,
+                    change(setting="fastest", unseen=lightwell.UnseenFill.MIRROR, marker_max_faces=3,
                            specular_environment_edge=64, interleave=8)
             with self.raises(Status.INVALID_ARGUMENT, "no field"):
                 probe.change_estimator()

@@ -257,6 +257,8 @@ test("the configuration is read and changed, and the probe's error comes back", 
   assert.deepEqual(await probe.changeEstimator(update), state);
   assert.equal(server.requests.at(-1), "set_config { config { estimator { setting: SETTING_EXACT " +
     "panorama { epsilon: 0.05 unseen_fill: UNSEEN_FILL_AVERAGE } marker { max_faces: 300 } } } }");
+  await probe.changeEstimator({ setting: "fastest" });
+  assert.equal(server.requests.at(-1), "set_config { config { estimator { setting: SETTING_FASTEST } } }");
   await assert.rejects(probe.changeEstimator({ maxLights: 65 }), { code: "invalid_argument", message: /0 to 64/ });
   assert.equal(await probe.reportLux(420, [0, 1, -0.5]), 2.5);
   assert.equal(server.requests.at(-1), "report_lux { lux: 420 normal_y: 1 normal_z: -0.5 }");

@@ -114,6 +114,7 @@ BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const B
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0F), unit = hn::Set(d, run.unit),
           plain_unit = hn::Set(d, run.plain_unit);
   const V from = hn::Set(d, run.linear_from), radiance = hn::Set(d, run.radiance), half_y = hn::Set(d, run.half_y);
+  const V radiance2 = hn::Mul(radiance, radiance);
   V noise = zero, bias = zero, clipped_sr = zero;
   for (std::size_t b = 0; b < blocks; b += lanes) {
     const auto load = [&](const float* p) HWY_ATTR { return hn::LoadU(d, p + b); };
@@ -160,21 +161,25 @@ BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const B
     // Masks the lanes beyond the last block.
     const std::size_t left = blocks - b;
     const auto valid = hn::FirstN(d, left);
-    noise = hn::Add(noise, hn::IfThenElseZero(valid, hn::Mul(load(weights.spread), variance)));
-    bias = hn::Add(bias, hn::IfThenElseZero(valid, hn::Mul(total, near_black_bias(d, mean[1], step, run.cut_noise))));
+    const V own_noise = hn::Mul(hn::Mul(load(weights.spread), variance), radiance2);
+    const V own_bias = hn::Mul(hn::Mul(total, near_black_bias(d, mean[1], step, run.cut_noise)), radiance);
+    noise = hn::Add(noise, hn::IfThenElseZero(valid, own_noise));
+    bias = hn::Add(bias, hn::IfThenElseZero(valid, own_bias));
     clipped_sr = hn::Add(clipped_sr, hn::IfThenElseZero(valid, clipped));
     const V offset_x = hn::Mul(across, per_sum), offset_y = hn::Mul(down, per_sum);
-    float* to[] = {out.peak + b, out.offset_x + b, out.offset_y + b, out.clipped + b};
-    const V values[] = {peak, offset_x, offset_y, clipped};
+    constexpr std::size_t kOutputs = 6;
+    float* to[kOutputs] = {out.peak + b,    out.offset_x + b, out.offset_y + b,
+                           out.clipped + b, out.noise + b,    out.bias + b};
+    const V values[kOutputs] = {peak, offset_x, offset_y, clipped, own_noise, own_bias};
     if (left >= lanes) {
       hn::StoreInterleaved3(light[0], light[1], light[2], d, &out.light[b].r);
-      for (std::size_t k = 0; k < 4; ++k) hn::StoreU(values[k], d, to[k]);
+      for (std::size_t k = 0; k < kOutputs; ++k) hn::StoreU(values[k], d, to[k]);
     } else {
-      alignas(64) float last[4][16];
+      alignas(64) float last[kOutputs][16];
       for (std::size_t c = 0; c < 3; ++c) hn::Store(light[c], d, last[c]);
       for (std::size_t i = 0; i < left; ++i) out.light[b + i] = {last[0][i], last[1][i], last[2][i]};
-      for (std::size_t k = 0; k < 4; ++k) hn::Store(values[k], d, last[k]);
-      for (std::size_t k = 0; k < 4; ++k)
+      for (std::size_t k = 0; k < kOutputs; ++k) hn::Store(values[k], d, last[k]);
+      for (std::size_t k = 0; k < kOutputs; ++k)
         for (std::size_t i = 0; i < left; ++i) to[k][i] = last[k][i];
     }
   }

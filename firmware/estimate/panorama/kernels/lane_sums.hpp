@@ -107,13 +107,14 @@ struct BlockRun {
   const float* step = nullptr;  ///< Quantization step by linear value in 1/4095, 4096 elements; null: plain_unit.
 };
 
-/// Output arrays, as in BlockSums: integral of radiance, largest luminance, centroid, saturated solid angle.
+/// Output arrays, as in BlockSums: integral of radiance, largest luminance, centroid, saturated solid angle, variance
+/// of the integral, its bias near black.
 struct BlockLight {
   CellSum* light;
-  float *peak, *offset_x, *offset_y, *clipped;
+  float *peak, *offset_x, *offset_y, *clipped, *noise, *bias;
 };
 
-/// Sums over blocks: linear variance times `spread`, near_black_bias() times `total`, saturated solid angle.
+/// Sums of the last three over blocks.
 struct BlockErrorSums {
   double noise = 0, bias = 0, clipped_sr = 0;
 };

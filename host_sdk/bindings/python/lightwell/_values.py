@@ -85,6 +85,7 @@ class Setting(IntEnum):
     FAST = 1
     BALANCED = 2
     EXACT = 3
+    FASTEST = 4
 
 
 class UnseenFill(IntEnum):

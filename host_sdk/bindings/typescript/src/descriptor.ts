@@ -18,8 +18,10 @@ export type Units = "relative" | "absolute";
 export type Flag = "unseen" | "clipped" | "cleaned" | "dark" | "moved" | "filled" | "recovered" | "unsure" |
   "newer"; // The probe set a flag that this version does not know.
 const wireFlags: readonly Flag[] = ["unseen", "clipped", "cleaned", "dark", "moved", "filled", "recovered", "unsure"];
-export type Setting = "fast" | "balanced" | "exact";
+export type Setting = "fastest" | "fast" | "balanced" | "exact";
 export type Flicker = "unknown" | "none" | "100 Hz" | "120 Hz";
+/** By number; 0 is none that this module knows. */
+const settings: readonly Setting[] = ["balanced", "fast", "balanced", "exact", "fastest"];
 const flickers: readonly Flicker[] = ["unknown", "none", "100 Hz", "120 Hz"];
 
 /** A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance. */
@@ -283,7 +285,7 @@ export function decodeDescriptor(bytes: Uint8Array): Descriptor {
     saturated: share(raw.saturated, "saturated"),
     bound: boundOf(millionths),
     flags,
-    setting: raw.setting === 1 ? "fast" : raw.setting === 3 ? "exact" : "balanced",
+    setting: settings[raw.setting] ?? "balanced",
     flicker: flickers[raw.flicker] ?? "unknown",
     origin,
   };

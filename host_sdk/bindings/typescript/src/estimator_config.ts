@@ -39,7 +39,7 @@ export interface EstimatorState {
 
 /** The settings that make a difference for an estimator of this kind. */
 export function settingsOf(kind: EstimatorKind): readonly Setting[] {
-  return kind === "panorama" ? ["fast", "balanced", "exact"] : ["balanced"];
+  return kind === "panorama" ? ["fastest", "fast", "balanced", "exact"] : ["balanced"];
 }
 
 type Value = number | string;
@@ -58,12 +58,12 @@ interface Option {
 const within = (low: number, high: number) => (v: number) => v >= low && v <= high;
 const fraction = (v: number) => v >= 0 && v < 1;
 const edge = (v: number) => [0, 8, 16, 32, 64].includes(v);
-const settings = ["fast", "balanced", "exact"];
+const settings = ["fast", "balanced", "exact", "fastest"];
 
 const common: readonly Option[] = [
   { name: "band", field: 1, type: "uint32", initial: 6, allow: within(0, 6) },
   { name: "maxLights", field: 2, type: "uint32", initial: 16, allow: within(0, 64) },
-  { name: "setting", field: 6, type: settings, initial: "balanced", allow: within(1, 3) },
+  { name: "setting", field: 6, type: settings, initial: "balanced", allow: within(1, 4) },
 ];
 const sections: readonly { name: EstimatorKind; field: number; options: readonly Option[] }[] = [
   {

@@ -161,7 +161,7 @@ Finding check_probe_status(const ProbeInfo& info) {
   if (c.estimates_failed > 0)
     problems.add(count_text(c.estimates_failed, "estimates failed"), "the probe's log has the reasons");
   if (c.estimates_late_at_fast > 0)
-    problems.add(count_text(c.estimates_late_at_fast, "estimates over its time limit even at setting fast"),
+    problems.add(count_text(c.estimates_late_at_fast, "estimates over its time limit even at its cheapest setting"),
                  "raise budget_ms, or lower the camera's resolution or rate");
   if (c.captures_dropped > c.frames / 10)
     problems.add(

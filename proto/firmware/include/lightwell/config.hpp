@@ -146,6 +146,7 @@ struct Config {
   GrpcConfig grpc;
   std::string record_path;
   double budget_ms = 0;  ///< 0: none.
+  double max_bound = 0;  ///< 0: none.
   std::optional<GreyPatch> grey_patch;
   std::optional<MarkerConfig> marker;  ///< The marker estimator needs it.
   std::optional<PlaneConfig> plane;    ///< The specular estimator needs it.
