@@ -16,7 +16,8 @@ FRAMES_PER_S, RESIDENT_MB = 24, 500
 
 REAL = "path-traced with all bounces, 320x240, 29 basis lights; linear RMSE over the subject"
 NOT_HERE = "measure_relight was not built: it needs Embree (libembree-dev)"
-INPUTS = {"exact": "depth, albedo and normals given",
+INPUTS = {"mesh": "whole mesh, albedo and normals of what the camera sees given",
+          "exact": "depth, albedo and normals of what the camera sees given",
           "photographs": "albedo and normals from the 29 photographs, depth with 3 mm of noise, refined"}
 
 

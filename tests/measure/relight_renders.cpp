@@ -24,7 +24,7 @@ constexpr double kLightDistance_m = 4;
 /// A white matte surface that faces a light at this distance shows radiance 1.
 constexpr double kIntensity = std::numbers::pi * kLightDistance_m * kLightDistance_m;
 constexpr double kEye_m = 6, kHalfWidth_m = 1.45;
-constexpr int kTexels = 1024, kTexelSamples = 4;
+constexpr int kTexels = 1024, kTexelSamples = 2;
 /// Tangent of half of the angle across the patterns: blinds reach all of the subject, stained glass a part of it.
 constexpr double kBlindsTan = 0.28, kGlassTan = 0.17;
 

@@ -32,7 +32,7 @@ struct PatternCase {
 [[nodiscard]] std::vector<reference::TracedLight> traced_basis();
 [[nodiscard]] std::vector<BasisLight> basis_lights();
 
-/// The pattern as the library has it: its picture is rasterised in 1024 x 1024 texels of 4 x 4 samples. `picture` is
+/// The pattern as the library has it: its picture is rasterised in 1024 x 1024 texels of 2 x 2 samples. `picture` is
 /// its memory.
 [[nodiscard]] PatternLight pattern_light(const PatternCase& pattern, std::vector<RgbFactor>& picture);
 

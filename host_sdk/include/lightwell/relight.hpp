@@ -172,6 +172,11 @@ struct IndirectOptions {
   int bounces = 3;   ///< 1 (as the paper) to 64. Rays are shared: a further bounce costs a fifth of the first one.
   int step = 2;      ///< Every step-th pixel in both directions is simulated, 1 to 16; others are upsampled.
   std::uint64_t seed = 1;  ///< The same seed gives the same picture.
+  /// Reflectance of the surface of a dielectric, which albedo does not include, for light from all directions, 0 to 1:
+  /// a share r of the light is reflected white before the rest meets the albedo, here in all directions alike. The
+  /// default is that of refractive index 1.5 (Schlick 1994: r0 + (1 - r0) / 21, r0 = 0.04); 0 for surfaces that are
+  /// matte.
+  float surface_reflectance = 0.086F;
 
   [[nodiscard]] Status validate() const;
 };

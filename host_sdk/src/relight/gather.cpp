@@ -47,6 +47,11 @@ class CosineDirections {
   std::array<double, 2> shift_{};
 };
 
+/// Albedo below a surface that reflects a share.
+Albedo below_surface(const Albedo& albedo, float share) {
+  return {share + (1 - share) * albedo.r, share + (1 - share) * albedo.g, share + (1 - share) * albedo.b};
+}
+
 Radiance times(const Radiance& radiance, const Albedo& albedo) {
   return {radiance.r * albedo.r, radiance.g * albedo.g, radiance.b * albedo.b};
 }
@@ -134,19 +139,16 @@ void GatherRays::choose_pixels() {
 }
 
 std::uint32_t GatherRays::end_of(Vec3f at, Vec3f direction, const RayScene::Hit& hit) {
-  const std::size_t count = subject_->depth.size();
-  if (const auto seen = subject_->project(at)) {
-    const std::size_t pixel = seen->pixel;
-    const float tolerance = 4 * subject_->pixel_size(pixel);
-    if (subject_->has_geometry(pixel) && std::abs(seen->depth - subject_->depth[pixel]) < tolerance &&
-        dot(subject_->facets[pixel], direction) < 0)
-      return static_cast<std::uint32_t>(pixel);
-  }
-  // Without a whole mesh there is nothing behind what the camera sees.
-  if (subject_->surface->extent() == SurfaceExtent::seen_side) return kMiss;
+  const auto seen = subject_->project(at);
+  const bool faces_pixel =
+      seen && subject_->has_geometry(seen->pixel) && dot(subject_->facets[seen->pixel], direction) < 0;
+  if (subject_->surface->extent() == SurfaceExtent::seen_side)
+    // Its triangles have their corners at pixels; from behind there is nothing.
+    return faces_pixel ? static_cast<std::uint32_t>(seen->pixel) : kMiss;
+  if (faces_pixel && subject_->is_near(at, *seen)) return static_cast<std::uint32_t>(seen->pixel);
   const float offset = 1e-3F * length(at - vec_cast<float>(subject_->camera.T_world_camera.translation));
   hidden_.push_back({at + hit.normal * offset, hit.normal});
-  return static_cast<std::uint32_t>(count + hidden_.size() - 1);
+  return static_cast<std::uint32_t>(subject_->depth.size() + hidden_.size() - 1);
 }
 
 void GatherRays::cast_from(const RayScene& rays, std::size_t pixel) {
@@ -186,11 +188,16 @@ Radiance GatherRays::mean(std::span<const Radiance> radiosity, std::size_t slot)
 
 void GatherRays::simulate(const DirectLight& light, std::vector<Radiance>& out) const {
   const std::size_t count = subject_->depth.size();
+  std::vector<Albedo> reflectance;
+  reflectance.reserve(count);
+  for (const Albedo& albedo : subject_->albedo)
+    reflectance.push_back(below_surface(albedo, options_.surface_reflectance));
+  const Albedo hidden_reflectance = below_surface(subject_->mean_albedo, options_.surface_reflectance);
   std::vector<Radiance> direct(count + hidden_.size());
   for (std::size_t p = 0; p < count; ++p)
-    if (subject_->has_geometry(p)) direct[p] = reflected_radiance(light.at_pixel(p), subject_->albedo[p]);
+    if (subject_->has_geometry(p)) direct[p] = reflected_radiance(light.at_pixel(p), reflectance[p]);
   for (std::size_t k = 0; k < hidden_.size(); ++k)
-    direct[count + k] = reflected_radiance(light.at_hidden(hidden_[k]), subject_->mean_albedo);
+    direct[count + k] = reflected_radiance(light.at_hidden(hidden_[k]), hidden_reflectance);
   out.assign(count, {});
   std::vector<Radiance> radiosity = direct, gathered(pixels_.size());
   for (int bounce = 0; bounce < options_.bounces; ++bounce) {
@@ -205,7 +212,7 @@ void GatherRays::simulate(const DirectLight& light, std::vector<Radiance>& out) 
         for (std::size_t k = 0; k < 4; ++k) around += gathered[near_by.slot[k]] * (near_by.weight[k] / near_by.sum);
       }
       // Cosine-weighted samples: irradiance is pi times their mean, reflected radiance albedo / pi of that.
-      out[p] = times(around, subject_->albedo[p]);
+      out[p] = times(around, reflectance[p]);
       radiosity[p] = direct[p] + out[p];
     }
   }

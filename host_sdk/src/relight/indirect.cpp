@@ -18,6 +18,9 @@ Status IndirectOptions::validate() const {
   if (samples < 1 || samples > 65536) return bad("samples", samples, "1 to 65536");
   if (bounces < 1 || bounces > 64) return bad("bounces", bounces, "1 to 64");
   if (step < 1 || step > 16) return bad("step", step, "1 to 16");
+  if (!(surface_reflectance >= 0 && surface_reflectance <= 1))
+    return invalid_argument("indirect light: surface_reflectance is " + std::to_string(surface_reflectance) +
+                            ", it must be 0 to 1");
   return {};
 }
 

@@ -9,11 +9,17 @@ namespace lightwell {
 namespace relight {
 namespace {
 
-/// Direction of a pixel's centre in the world, with a length of 1 along the camera's axis.
-Vec3f pixel_ray(const RelightCamera& camera, int column, int row) {
-  const Vec3d ray{(column + 0.5 - camera.centre_x_px) / camera.focal_px,
-                  -(row + 0.5 - camera.centre_y_px) / camera.focal_px, -1};
+/// Sub-pixels of a mixed pixel in each direction.
+constexpr int kSubPixels = 4;
+
+/// Direction of a point of the picture in the world, with a length of 1 along the camera's axis.
+Vec3f picture_ray(const RelightCamera& camera, double x_px, double y_px) {
+  const Vec3d ray{(x_px - camera.centre_x_px) / camera.focal_px, -(y_px - camera.centre_y_px) / camera.focal_px, -1};
   return vec_cast<float>(rotate(camera.T_world_camera.rotation, ray));
+}
+
+Vec3f pixel_ray(const RelightCamera& camera, int column, int row) {
+  return picture_ray(camera, column + 0.5, row + 0.5);
 }
 
 Status check_pixels(const SubjectPixels& pixels, std::size_t count) {
@@ -91,6 +97,53 @@ void set_geometry(SubjectData& data) {
   }
 }
 
+/// Calls use(neighbour) for the up to eight pixels around one.
+template <class Use>
+void each_neighbour(const RelightCamera& camera, std::size_t pixel, const Use& use) {
+  const int column = static_cast<int>(pixel) % camera.columns, row = static_cast<int>(pixel) / camera.columns;
+  for (int j = std::max(row - 1, 0); j <= std::min(row + 1, camera.rows - 1); ++j)
+    for (int i = std::max(column - 1, 0); i <= std::min(column + 1, camera.columns - 1); ++i)
+      if (const std::size_t other = static_cast<std::size_t>(j * camera.columns + i); other != pixel) use(other);
+}
+
+/// What rays between a mixed pixel's edges see, with the albedo of the neighbour nearest in depth.
+void add_mixed_pixel(SubjectData& data, const RayScene& rays, std::size_t pixel) {
+  const RelightCamera& camera = data.camera;
+  const Vec3f eye = vec_cast<float>(camera.T_world_camera.translation);
+  MixedPixel mixed{pixel, data.sub_pixels.size(), 0};
+  for (int s = 0; s < kSubPixels * kSubPixels; ++s) {
+    const double x =
+        static_cast<double>(pixel % static_cast<std::size_t>(camera.columns)) + (s % kSubPixels + 0.5) / kSubPixels;
+    const double y =
+        static_cast<double>(pixel / static_cast<std::size_t>(camera.columns)) + (s / kSubPixels + 0.5) / kSubPixels;
+    const Vec3f ray = picture_ray(camera, x, y);
+    const auto hit = rays.first_hit(eye, ray);
+    if (!hit || !(hit->distance > 0 && hit->distance < 1e12F)) continue;
+    std::size_t like = pixel;
+    each_neighbour(camera, pixel, [&](std::size_t other) {
+      if (data.has_geometry(other) &&
+          std::abs(data.depth[other] - hit->distance) < std::abs(data.depth[like] - hit->distance))
+        like = other;
+    });
+    data.sub_pixels.push_back({eye + ray * hit->distance, hit->normal, like});
+    ++mixed.count;
+  }
+  data.mixed.push_back(mixed);
+}
+
+void set_mixed_pixels(SubjectData& data, const RayScene& rays) {
+  for (std::size_t p = 0; p < data.depth.size(); ++p) {
+    if (!data.has_geometry(p)) continue;
+    // Half of the step that separates surfaces: along an edge of the subject depth also changes slowly.
+    bool beside_step = false;
+    each_neighbour(data.camera, p, [&](std::size_t other) {
+      const float step = std::abs(data.depth[other] - data.depth[p]);
+      beside_step = beside_step || step > 0.5F * static_cast<float>(data.max_depth_step) * data.depth[p];
+    });
+    if (beside_step) add_mixed_pixel(data, rays, p);
+  }
+}
+
 std::shared_ptr<const SubjectSurface> surface_of_depth(const SubjectData& data) {
   const auto columns = static_cast<std::size_t>(data.camera.columns), rows = static_cast<std::size_t>(data.camera.rows);
   std::vector<std::uint32_t> indices;
@@ -136,6 +189,14 @@ std::optional<Projection> SubjectData::project(Vec3f world) const {
   return Projection{
       static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.columns) + static_cast<std::size_t>(column),
       static_cast<float>(-p.z)};
+}
+
+bool SubjectData::is_near(Vec3f world, const Projection& seen) const {
+  // Within two pixels of its tangent plane, and no step of depth away.
+  const float off_plane = dot(facets[seen.pixel], world - positions[seen.pixel]);
+  return std::abs(off_plane) < 2 * pixel_size(seen.pixel) &&
+         static_cast<double>(std::abs(seen.depth - depth[seen.pixel])) <=
+             max_depth_step * static_cast<double>(seen.depth);
 }
 
 }  // namespace relight
@@ -205,6 +266,7 @@ Result<RelightSubject> RelightSubject::from_mesh(const RelightCamera& camera, co
           data->depth[static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.columns) +
                       static_cast<std::size_t>(column)] = hit->distance;
   relight::set_geometry(*data);
+  relight::set_mixed_pixels(*data, **rays);
   relight::set_pixels(*data, pixels);
   return RelightSubject(std::move(data));
 }

@@ -44,6 +44,17 @@ struct Projection {
   float depth = 0;
 };
 
+/// A part of a pixel that shows several surfaces.
+struct SubPixel {
+  Vec3f position, normal;
+  std::size_t like = 0;  ///< A pixel that shows the same surface.
+};
+
+/// A pixel that shows several surfaces, and its range of SubjectData::sub_pixels.
+struct MixedPixel {
+  std::size_t pixel = 0, first = 0, count = 0;
+};
+
 struct SubjectData {
   RelightCamera camera;
   double max_depth_step = 0;
@@ -55,18 +66,25 @@ struct SubjectData {
   Albedo mean_albedo;
   Vec3d centre;  ///< Of the positions.
   std::size_t without_geometry = 0;
+  /// Of a mesh: the pixels beside a step of depth, in their order, and what 4 x 4 rays see in each. None for a depth
+  /// map.
+  std::vector<MixedPixel> mixed;
+  std::vector<SubPixel> sub_pixels;
   std::shared_ptr<const SubjectSurface> surface;
 
   [[nodiscard]] bool has_geometry(std::size_t pixel) const { return depth[pixel] > 0; }
   [[nodiscard]] bool same_surface(std::size_t a, std::size_t b) const;
   /// Width of a pixel at its depth, m.
   [[nodiscard]] float pixel_size(std::size_t pixel) const { return depth[pixel] / static_cast<float>(camera.focal_px); }
-  /// Where rays that leave the surface start: in front of it by half a pixel, so that they do not meet it.
+  /// Where rays that leave the surface start: in front of it, so that they do not meet it.
   [[nodiscard]] Vec3f ray_origin(std::size_t pixel) const {
-    return positions[pixel] + facets[pixel] * (0.5F * pixel_size(pixel));
+    return positions[pixel] + facets[pixel] * (kRayOffset_px * pixel_size(pixel));
   }
+  static constexpr float kRayOffset_px = 0.1F;
   /// nullopt outside of the picture and behind the camera.
   [[nodiscard]] std::optional<Projection> project(Vec3f world) const;
+  /// Whether a point is on the surface that its pixel shows.
+  [[nodiscard]] bool is_near(Vec3f world, const Projection& seen) const;
 };
 
 /// invalid_argument with the names if a number of values is not that of the pixels.

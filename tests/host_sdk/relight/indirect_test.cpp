@@ -61,6 +61,7 @@ TEST(SimulateIndirect, IntegratingSphere) {
   for (const int bounces : {1, 30}) {
     IndirectOptions options;
     options.bounces = bounces;
+    options.surface_reflectance = 0;
     const auto indirect = simulate_indirect(subject, scene.basis, {}, alpha, options);
     ASSERT_TRUE(indirect.ok()) << indirect.status().message();
     ASSERT_EQ(indirect->existing.size(), 1U);
@@ -132,7 +133,9 @@ TEST(RelightCorrected, LightsWhatThePatternDoesNotReach) {
   pattern.field_of_view_rad = 2;
   AlphaMaps alpha;
   ASSERT_TRUE(alpha.compute(*subject, scene.basis, std::array{pattern}, {}).ok());
-  const auto indirect = simulate_indirect(*subject, scene.basis, std::array{pattern}, alpha);
+  IndirectOptions options;
+  options.surface_reflectance = 0;
+  const auto indirect = simulate_indirect(*subject, scene.basis, std::array{pattern}, alpha, options);
   ASSERT_TRUE(indirect.ok());
   const std::vector<std::vector<Radiance>> black(1, std::vector<Radiance>(scene.camera.pixels()));
   std::vector<Radiance> out(scene.camera.pixels());
@@ -153,7 +156,9 @@ TEST(RelightCorrected, WithoutAlbedoItIsEquation1) {
   const std::array patterns = {white_at({0, 0, 0}, 1)};
   AlphaMaps alpha;
   ASSERT_TRUE(alpha.compute(*subject, scene.basis, patterns, {}).ok());
-  const auto indirect = simulate_indirect(*subject, scene.basis, patterns, alpha);
+  IndirectOptions options;
+  options.surface_reflectance = 0;
+  const auto indirect = simulate_indirect(*subject, scene.basis, patterns, alpha, options);
   ASSERT_TRUE(indirect.ok());
   const auto photographs = scene.photographs();
   std::vector<Radiance> one(scene.camera.pixels()), five = one;
@@ -187,9 +192,10 @@ TEST(SimulateIndirect, RefusesOptionsByName) {
   scene.basis = {{{0, 0, 0}, LightDistance::finite, {3, 3, 3}}};
   AlphaMaps alpha;
   ASSERT_TRUE(alpha.compute(scene.subject(), scene.basis, {}, {}).ok());
-  for (const auto& [options, part] : {std::pair{IndirectOptions{0, 1, 1, 1}, "samples"},
-                                      {IndirectOptions{1, 65, 1, 1}, "bounces"},
-                                      {IndirectOptions{1, 1, 17, 1}, "step"}}) {
+  for (const auto& [options, part] : {std::pair{IndirectOptions{0, 1, 1, 1, 0}, "samples"},
+                                      {IndirectOptions{1, 65, 1, 1, 0}, "bounces"},
+                                      {IndirectOptions{1, 1, 17, 1, 0}, "step"},
+                                      {IndirectOptions{1, 1, 1, 1, 2}, "surface_reflectance"}}) {
     const auto refused = simulate_indirect(scene.subject(), scene.basis, {}, alpha, options).status();
     EXPECT_EQ(refused.code(), StatusCode::invalid_argument);
     EXPECT_NE(refused.message().find(part), std::string::npos) << refused.message();
