@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <span>
 #include <string>
 #include <utility>
@@ -10,11 +11,15 @@
 
 #include <nlohmann/json.hpp>
 
+#include <lightwell/pixel.hpp>
 #include <lightwell/relight.hpp>
+#include <lightwell/relight_capture.hpp>
 
 #include "bench/thread_time.hpp"
+#include "imaging/image_file.hpp"
 #include "measure/output.hpp"
 #include "measure/relight_renders.hpp"
+#include "measure/relight_stream.hpp"
 #include "tools/command_line.hpp"
 
 namespace lightwell {
@@ -24,6 +29,10 @@ using measure::pattern_cases;
 using measure::PatternCase;
 using measure::RelightRenders;
 
+/// Standard deviation of the depth that photographs come with: of 6 m half of a thousandth.
+constexpr float kDepthNoise_m = 0.003F;
+/// Of the picture to look at.
+constexpr double kPictureGain = 1.6;
 /// A pixel is dark where the pattern's direct light is below this share of its mean over the subject.
 constexpr double kDarkShare = 0.02;
 
@@ -120,6 +129,53 @@ RelightSubject whole_subject(const RelightRenders& renders) {
   return require(RelightSubject::from_mesh(renders.camera, {vertices, indices}, {renders.albedo, renders.normals}));
 }
 
+/// From photographs and noisy depth alone: normals, then depth refined by them, then normals and albedo without the
+/// indirect light of this surface.
+RelightSubject photographed_subject(const RelightRenders& renders) {
+  std::mt19937 random(1);
+  std::normal_distribution<float> noise(0, kDepthNoise_m);
+  std::vector<float> depth = renders.depth_m;
+  for (float& d : depth)
+    if (d > 0) d += noise(random);
+  const auto basis = measure::basis_lights();
+  const auto photographs = spans_of(renders.photographs);
+  PhotometricStereoOptions options;
+  options.interreflection_rounds = 0;
+  const RelightSubject noisy = require(RelightSubject::from_depth(renders.camera, depth, {}));
+  const auto first = require(estimate_surface(noisy, basis, photographs, options));
+  const RelightSubject refined =
+      require(RelightSubject::from_depth(renders.camera, require(refine_depth(noisy, first.normals)), {}));
+  const auto surface = require(estimate_surface(refined, basis, photographs));
+  return require(refined.with({surface.albedo, surface.normals}));
+}
+
+/// For each pattern a row: a photograph under the basis light nearest to it, equation 1, equation 5, truth.
+Status write_picture(const RelightRenders& renders, const RelightSubject& subject, const std::string& path) {
+  const auto columns = static_cast<std::size_t>(renders.camera.columns),
+             rows = static_cast<std::size_t>(renders.camera.rows);
+  const std::size_t cases = 2;
+  Image out{static_cast<int>(4 * columns), static_cast<int>(cases * rows), PixelFormat::rgb8,
+            std::vector<std::byte>(cases * 12 * columns * rows)};
+  const auto basis = measure::basis_lights();
+  for (std::size_t s = 0; s < cases; ++s) {
+    const reference::V3& place = pattern_cases()[s].light.position;
+    const Vec3d at{place.x, place.y, place.z};
+    const auto nearest = std::ranges::min_element(basis, {}, [&](const BasisLight& b) { return length(b.place - at); });
+    const Relit result = relit(renders, subject, pattern_cases()[s]);
+    const std::array<std::span<const Radiance>, 4> pictures = {
+        renders.photographs[static_cast<std::size_t>(nearest - basis.begin())], result.direct, result.corrected,
+        renders.truth[s]};
+    for (std::size_t k = 0; k < pictures.size(); ++k)
+      for (std::size_t p = 0; p < renders.pixels(); ++p)
+        for (int c = 0; c < 3; ++c)
+          out.data[3 * ((s * rows + p / columns) * 4 * columns + k * columns + p % columns) +
+                   static_cast<std::size_t>(c)] =
+              static_cast<std::byte>(std::lround(
+                  255 * linear_to_srgb(std::clamp(kPictureGain * static_cast<double>(pictures[k][p][c]), 0.0, 1.0))));
+  }
+  return write_png(path, out);
+}
+
 /// I_spatial of the first scene against the truth.
 void measure_indirect(const RelightRenders& renders, const RelightSubject& subject) {
   const PatternCase& scene = pattern_cases()[0];
@@ -175,22 +231,31 @@ int main(int argc, char** argv) {
   app.add_option("--renders", folder, "Folder in which renders are kept; without it each run renders them");
   app.add_option("--columns", size.columns, "Columns of the pictures, which are 4:3 [320]")
       ->check(CLI::Range(16, 1600));
-  app.add_option("--part", parts, "accuracy or indirect; may be repeated [all]")
-      ->check(CLI::IsMember({"accuracy", "indirect"}));
+  app.add_option("--samples", size.basis_samples,
+                 "Paths of a pixel of a photograph; of the truth four times as many [100]")
+      ->check(CLI::Range(1, 10000));
+  app.add_option("--picture", picture, "PNG of photograph, equation 1, equation 5 and truth");
+  app.add_option("--part", parts, "accuracy, indirect or stream; may be repeated [all]")
+      ->check(CLI::IsMember({"accuracy", "indirect", "stream"}));
   app.footer("Rendering takes minutes on two cores. Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {
     const auto wanted = [&](const char* part) {
       return parts.empty() || std::ranges::find(parts, part) != parts.end();
     };
     size.rows = size.columns * 3 / 4;
+    size.truth_samples = 4 * size.basis_samples;
     const RelightRenders renders = require(measure::relight_renders(size, folder));
+    const RelightSubject whole = whole_subject(renders);
     const RelightSubject exact =
         require(RelightSubject::from_depth(renders.camera, renders.depth_m, {renders.albedo, renders.normals}));
     if (wanted("accuracy")) {
-      measure_accuracy(renders, whole_subject(renders), "mesh");
+      measure_accuracy(renders, whole, "mesh");
       measure_accuracy(renders, exact, "exact");
+      measure_accuracy(renders, photographed_subject(renders), "photographs");
     }
-    if (wanted("indirect")) measure_indirect(renders, whole_subject(renders));
+    if (!picture.empty()) require(write_picture(renders, whole, picture));
+    if (wanted("indirect")) measure_indirect(renders, whole);
+    if (wanted("stream")) measure::measure_relight_stream(folder);
     return kDone;
   });
 }

@@ -84,14 +84,16 @@ struct SubjectPixels {
 class RelightSubject {
  public:
   /// The surface that the camera sees, from the depth along its axis, m. A depth that is 0, negative or not finite: no
-  /// geometry there. Neighbouring pixels are one surface if their depths differ by at most `max_depth_step` of the
-  /// smaller one. invalid_argument for spans of other sizes and values of albedo and normals that are not finite.
+  /// geometry there. Neighbouring pixels are one surface unless that would be steeper than kMaxSlope.
+  /// invalid_argument for spans of other sizes and values of albedo and normals that are not finite.
   [[nodiscard]] static Result<RelightSubject> from_depth(const RelightCamera& camera, std::span<const float> depth_m,
-                                                         const SubjectPixels& pixels, double max_depth_step = 0.02);
+                                                         const SubjectPixels& pixels);
   /// A whole mesh; the depth of each pixel is found by a ray. What the camera does not see has the mean albedo.
   /// invalid_argument as above and for indices out of range, resource_exhausted beyond kMaxTriangles.
   [[nodiscard]] static Result<RelightSubject> from_mesh(const RelightCamera& camera, const RelightMesh& mesh,
-                                                        const SubjectPixels& pixels, double max_depth_step = 0.02);
+                                                        const SubjectPixels& pixels);
+  /// Tangent of the angle to the picture's plane, 80 degrees.
+  static constexpr double kMaxSlope = 6;
   /// The same geometry with other albedo and normals. invalid_argument as from_depth().
   [[nodiscard]] Result<RelightSubject> with(const SubjectPixels& pixels) const;
 

@@ -26,14 +26,16 @@ struct PhotometricStereoOptions {
 struct PhotometricSurface {
   std::vector<Vec3f> normals;  ///< Unit, world; zero where there is no answer.
   std::vector<Albedo> albedo;  ///< 0 to 1; black where there is no answer.
-  /// Pixels without geometry, and those that fewer than three lights in different directions light.
+  /// Pixels without geometry, and those that no light reaches.
   std::size_t without_answer = 0;
 };
 
 /// Photometric stereo (Woodham 1980) under near or distant lights: for each pixel the Lambertian surface that explains
-/// its photographs, by least squares whose weights fall with the residual (Cauchy), so that shadows and highlights
-/// count little. The albedo is that of the photographs' unit (BasisLight::irradiance). invalid_argument for pictures of
-/// other number or size and for lights that do not validate.
+/// its photographs. Lights that the geometry hides take no part. Of the surfaces through three bright photographs and
+/// that of the geometry the one with the least truncated residuals is refined by least squares whose weights fall with
+/// the residual (Cauchy), so that other shadows and highlights count little; a normal more than 60 degrees off that of
+/// the geometry is replaced by it. The albedo is that of the photographs' unit (BasisLight::irradiance).
+/// invalid_argument for pictures of other number or size and for lights that do not validate.
 [[nodiscard]] Result<PhotometricSurface> estimate_surface(const RelightSubject& subject,
                                                           std::span<const BasisLight> basis, BasisPictures photographs,
                                                           const PhotometricStereoOptions& options = {});

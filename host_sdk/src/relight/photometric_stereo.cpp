@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -21,8 +22,20 @@ namespace relight {
 namespace {
 
 constexpr int kIterations = 12;
-/// Observations that are darker or brighter, relative to their median, are taken as shadows and highlights at first.
-constexpr double kShadow = 0.1, kHighlight = 3;
+/// Rays to lights start this far in front of the surface, so that noise of the depth throws no shadows.
+constexpr float kShadowOffset_px = 2;
+/// Hypotheses are solved from triples of this many of the brightest observations: most lights may be behind the
+/// surface.
+constexpr std::size_t kHypothesisLights = 8;
+/// Triples whose directions span less volume are left out.
+constexpr double kMinVolume = 0.05;
+/// Cosine of the largest angle between a normal and that of the geometry, 60 degrees: beyond, few lights that are all
+/// in shadow or in highlights have misled it.
+constexpr double kMinAgreement = 0.5;
+/// Lights nearer to the horizon say little of the albedo.
+constexpr double kMinCosine = 0.1;
+/// Residuals count up to this share of the brightest of them.
+constexpr double kMaxResidual = 0.3;
 /// Smallest scale of the residuals relative to the albedo: below, there is noise alone.
 constexpr double kMinScale = 0.01;
 /// Smallest eigenvalue of the weighted directions' moments, of one light's weight: three lights in one plane say
@@ -37,6 +50,10 @@ struct Observation {
   double weight = 0;
 };
 
+Eigen::Vector3d eigen(Vec3f v) {
+  return {static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)};
+}
+
 /// Reorders the values, of which there must be one.
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -48,20 +65,17 @@ class PixelSolver {
  public:
   std::vector<Observation>& observations() { return observations_; }
 
-  /// Albedo times normal of the grey values.
-  [[nodiscard]] std::optional<Eigen::Vector3d> solve() {
-    residuals_.clear();
-    for (const Observation& o : observations_)
-      if (o.grey > 0) residuals_.push_back(o.grey);
-    if (residuals_.empty()) return std::nullopt;
-    const double typical = median(residuals_);
-    for (Observation& o : observations_) o.weight = o.grey > kShadow * typical && o.grey < kHighlight * typical ? 1 : 0;
-    std::optional<Eigen::Vector3d> b = least_squares();
+  /// Albedo times normal of the grey values. `facet`: normal of the geometry.
+  [[nodiscard]] std::optional<Eigen::Vector3d> solve(const Eigen::Vector3d& facet) {
+    const std::optional<Eigen::Vector3d> geometric = with_normal(facet);
+    std::optional<Eigen::Vector3d> b = best_hypothesis(facet, geometric);
     for (int i = 0; b && i < kIterations; ++i) {
       reweight(*b);
       b = least_squares();
     }
-    return b && b->norm() > 0 ? b : std::nullopt;
+    if (b && b->dot(facet) > kMinAgreement * b->norm()) return b;
+    if (geometric) reweight(*geometric);
+    return geometric;
   }
 
   /// With the weights of the last solve().
@@ -81,6 +95,47 @@ class PixelSolver {
   }
 
  private:
+  /// The surface with that normal: the median of what the lights in front of it say of the albedo.
+  [[nodiscard]] std::optional<Eigen::Vector3d> with_normal(const Eigen::Vector3d& normal) {
+    residuals_.clear();
+    for (const Observation& o : observations_)
+      if (const double cosine = normal.dot(o.towards); cosine > kMinCosine && o.grey > 0)
+        residuals_.push_back(o.grey / cosine);
+    if (residuals_.empty()) return std::nullopt;
+    return median(residuals_) * normal;
+  }
+
+  [[nodiscard]] std::optional<Eigen::Vector3d> best_hypothesis(const Eigen::Vector3d& facet,
+                                                               const std::optional<Eigen::Vector3d>& geometric) {
+    const std::size_t count = std::min(kHypothesisLights, observations_.size());
+    std::partial_sort(observations_.begin(), observations_.begin() + static_cast<std::ptrdiff_t>(count),
+                      observations_.end(), [](const Observation& a, const Observation& b) { return a.grey > b.grey; });
+    std::optional<Eigen::Vector3d> best = geometric;
+    double least = std::numeric_limits<double>::infinity();
+    if (geometric) least = residual_sum(*geometric, kMaxResidual * observations_[0].grey);
+    for (std::size_t i = 0; i < count; ++i)
+      for (std::size_t j = i + 1; j < count; ++j)
+        for (std::size_t k = j + 1; k < count && observations_[k].grey > 0; ++k) {
+          Eigen::Matrix3d rows;
+          rows << observations_[i].towards.transpose(), observations_[j].towards.transpose(),
+              observations_[k].towards.transpose();
+          if (std::abs(rows.determinant()) < kMinVolume) continue;
+          const Eigen::Vector3d b =
+              rows.inverse() * Eigen::Vector3d(observations_[i].grey, observations_[j].grey, observations_[k].grey);
+          if (!(b.dot(facet) > kMinAgreement * b.norm())) continue;
+          const double sum = residual_sum(b, kMaxResidual * observations_[0].grey);
+          if (sum < least) least = sum, best = b;
+        }
+    return best;
+  }
+
+  [[nodiscard]] double residual_sum(const Eigen::Vector3d& b, double most) const {
+    double sum = 0;
+    for (const Observation& o : observations_)
+      sum += std::min(std::abs(o.grey - std::max(0.0, b.dot(o.towards))), most);
+    return sum;
+  }
+
   [[nodiscard]] std::optional<Eigen::Vector3d> least_squares() const {
     Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
@@ -111,8 +166,8 @@ class PixelSolver {
 };
 
 /// `indirect` is subtracted from the photographs; empty: nothing.
-PhotometricSurface estimate(const SubjectData& subject, std::span<const BasisLight> basis, BasisPictures photographs,
-                            const std::vector<std::vector<Radiance>>& indirect) {
+PhotometricSurface estimate(const SubjectData& subject, const RayScene& rays, std::span<const BasisLight> basis,
+                            BasisPictures photographs, const std::vector<std::vector<Radiance>>& indirect) {
   const std::size_t pixels = subject.depth.size();
   PhotometricSurface out;
   out.normals.assign(pixels, {});
@@ -122,10 +177,11 @@ PhotometricSurface estimate(const SubjectData& subject, std::span<const BasisLig
     std::optional<Eigen::Vector3d> b;
     if (subject.has_geometry(p)) {
       solver.observations().clear();
+      const Vec3f origin = subject.positions[p] + subject.facets[p] * (kShadowOffset_px * subject.pixel_size(p));
       for (std::size_t i = 0; i < basis.size(); ++i) {
         const Incident light = incident(basis[i], subject.positions[p]);
-        Observation o{{static_cast<double>(light.towards.x), static_cast<double>(light.towards.y),
-                       static_cast<double>(light.towards.z)}};
+        if (rays.occluded(origin, light.towards, light.distance)) continue;
+        Observation o{eigen(light.towards)};
         for (int c = 0; c < 3; ++c) {
           const float radiance = photographs[i][p][c] - (indirect.empty() ? 0.0F : indirect[i][p][c]);
           if (!(radiance > 0 && std::isfinite(radiance) && light.irradiance[c] > 0)) continue;
@@ -135,7 +191,7 @@ PhotometricSurface estimate(const SubjectData& subject, std::span<const BasisLig
         o.grey = (o.rgb[0] + o.rgb[1] + o.rgb[2]) / 3;
         solver.observations().push_back(o);
       }
-      b = solver.solve();
+      b = solver.solve(eigen(subject.facets[p]));
     }
     if (!b) {
       ++out.without_answer;
@@ -170,18 +226,18 @@ Result<PhotometricSurface> estimate_surface(const RelightSubject& subject, std::
             relight::check_size("photograph " + std::to_string(i), photographs[i].size(), subject.camera().pixels());
         !status.ok())
       return status;
-  PhotometricSurface out = relight::estimate(subject.data(), basis, photographs, {});
+  const auto rays = subject.data().surface->rays();
+  if (!rays) return rays.status();
+  PhotometricSurface out = relight::estimate(subject.data(), **rays, basis, photographs, {});
   for (int round = 0; round < options.interreflection_rounds; ++round) {
     const auto known = subject.with({out.albedo, out.normals});
     if (!known) return known.status();
-    const auto rays = known->data().surface->rays();
-    if (!rays) return rays.status();
     const auto gather = relight::GatherRays::cast(known->data(), **rays, options.indirect);
     if (!gather) return gather.status();
     std::vector<std::vector<Radiance>> indirect(basis.size());
     for (std::size_t i = 0; i < basis.size(); ++i)
       gather->simulate(relight::DirectLight(known->data(), **rays, basis[i]), indirect[i]);
-    out = relight::estimate(subject.data(), basis, photographs, indirect);
+    out = relight::estimate(subject.data(), **rays, basis, photographs, indirect);
   }
   return out;
 }

@@ -11,6 +11,8 @@ namespace {
 
 /// Sub-pixels of a mixed pixel in each direction.
 constexpr int kSubPixels = 4;
+/// A step of depth to a neighbour, in widths of a pixel, from which on a pixel is mixed.
+constexpr float kSteep = 2;
 
 /// Direction of a point of the picture in the world, with a length of 1 along the camera's axis.
 Vec3f picture_ray(const RelightCamera& camera, double x_px, double y_px) {
@@ -134,11 +136,9 @@ void add_mixed_pixel(SubjectData& data, const RayScene& rays, std::size_t pixel)
 void set_mixed_pixels(SubjectData& data, const RayScene& rays) {
   for (std::size_t p = 0; p < data.depth.size(); ++p) {
     if (!data.has_geometry(p)) continue;
-    // Half of the step that separates surfaces: along an edge of the subject depth also changes slowly.
     bool beside_step = false;
     each_neighbour(data.camera, p, [&](std::size_t other) {
-      const float step = std::abs(data.depth[other] - data.depth[p]);
-      beside_step = beside_step || step > 0.5F * static_cast<float>(data.max_depth_step) * data.depth[p];
+      beside_step = beside_step || std::abs(data.depth[other] - data.depth[p]) > kSteep * data.pixel_size(p);
     });
     if (beside_step) add_mixed_pixel(data, rays, p);
   }
@@ -176,7 +176,7 @@ Result<std::shared_ptr<const RayScene>> SubjectSurface::rays() const {
 
 bool SubjectData::same_surface(std::size_t a, std::size_t b) const {
   const double da = static_cast<double>(depth[a]), db = static_cast<double>(depth[b]);
-  return da > 0 && db > 0 && std::abs(da - db) <= max_depth_step * std::min(da, db);
+  return da > 0 && db > 0 && std::abs(da - db) <= RelightSubject::kMaxSlope / camera.focal_px * std::min(da, db);
 }
 
 std::optional<Projection> SubjectData::project(Vec3f world) const {
@@ -192,11 +192,11 @@ std::optional<Projection> SubjectData::project(Vec3f world) const {
 }
 
 bool SubjectData::is_near(Vec3f world, const Projection& seen) const {
-  // Within two pixels of its tangent plane, and no step of depth away.
+  // Within two pixels of its tangent plane, and as near as the steepest surface allows.
   const float off_plane = dot(facets[seen.pixel], world - positions[seen.pixel]);
   return std::abs(off_plane) < 2 * pixel_size(seen.pixel) &&
          static_cast<double>(std::abs(seen.depth - depth[seen.pixel])) <=
-             max_depth_step * static_cast<double>(seen.depth);
+             RelightSubject::kMaxSlope * static_cast<double>(pixel_size(seen.pixel));
 }
 
 }  // namespace relight
@@ -218,14 +218,12 @@ Status RelightCamera::validate() const {
 }
 
 Result<RelightSubject> RelightSubject::from_depth(const RelightCamera& camera, std::span<const float> depth_m,
-                                                  const SubjectPixels& pixels, double max_depth_step) {
+                                                  const SubjectPixels& pixels) {
   if (Status status = camera.validate(); !status.ok()) return status;
   if (Status status = relight::check_size("depth", depth_m.size(), camera.pixels()); !status.ok()) return status;
   if (Status status = relight::check_pixels(pixels, camera.pixels()); !status.ok()) return status;
-  if (!(max_depth_step >= 0)) return invalid_argument("max_depth_step is negative or no number");
   auto data = std::make_shared<relight::SubjectData>();
   data->camera = camera;
-  data->max_depth_step = max_depth_step;
   data->depth.assign(depth_m.begin(), depth_m.end());
   // Squares of larger values would leave the range of float.
   for (float& d : data->depth)
@@ -237,10 +235,9 @@ Result<RelightSubject> RelightSubject::from_depth(const RelightCamera& camera, s
 }
 
 Result<RelightSubject> RelightSubject::from_mesh(const RelightCamera& camera, const RelightMesh& mesh,
-                                                 const SubjectPixels& pixels, double max_depth_step) {
+                                                 const SubjectPixels& pixels) {
   if (Status status = camera.validate(); !status.ok()) return status;
   if (Status status = relight::check_pixels(pixels, camera.pixels()); !status.ok()) return status;
-  if (!(max_depth_step >= 0)) return invalid_argument("max_depth_step is negative or no number");
   if (mesh.indices.size() % 3 != 0) return invalid_argument("mesh: the number of indices is no multiple of 3");
   if (mesh.indices.size() / 3 > RelightMesh::kMaxTriangles || mesh.vertices.size() > 3 * RelightMesh::kMaxTriangles)
     return Status(StatusCode::resource_exhausted,
@@ -251,7 +248,6 @@ Result<RelightSubject> RelightSubject::from_mesh(const RelightCamera& camera, co
     if (i >= mesh.vertices.size()) return invalid_argument("mesh: index " + std::to_string(i) + " is out of range");
   auto data = std::make_shared<relight::SubjectData>();
   data->camera = camera;
-  data->max_depth_step = max_depth_step;
   data->surface = std::make_shared<relight::SubjectSurface>(
       std::vector<Vec3f>(mesh.vertices.begin(), mesh.vertices.end()),
       std::vector<std::uint32_t>(mesh.indices.begin(), mesh.indices.end()), relight::SurfaceExtent::whole);

@@ -57,7 +57,6 @@ struct MixedPixel {
 
 struct SubjectData {
   RelightCamera camera;
-  double max_depth_step = 0;
   std::vector<float> depth;      ///< 0: no geometry. Positions and normals are zero there.
   std::vector<Vec3f> positions;  ///< World.
   std::vector<Vec3f> facets;     ///< Normal of the geometry, towards the camera.
@@ -66,8 +65,8 @@ struct SubjectData {
   Albedo mean_albedo;
   Vec3d centre;  ///< Of the positions.
   std::size_t without_geometry = 0;
-  /// Of a mesh: the pixels beside a step of depth, in their order, and what 4 x 4 rays see in each. None for a depth
-  /// map.
+  /// Of a mesh: the pixels beside a step of depth or on a steep surface, in their order, and what 4 x 4 rays see in
+  /// each. None for a depth map.
   std::vector<MixedPixel> mixed;
   std::vector<SubPixel> sub_pixels;
   std::shared_ptr<const SubjectSurface> surface;
