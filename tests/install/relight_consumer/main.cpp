@@ -6,6 +6,7 @@
 
 #include <lightwell/probe.hpp>
 #include <lightwell/relight.hpp>
+#include <lightwell/relight_align.hpp>
 #include <lightwell/relight_capture.hpp>
 #include <lightwell/relight_stream.hpp>
 
@@ -21,6 +22,8 @@ int main() {
   if (!alpha.compute(*subject, basis, {}, weights).ok()) return EXIT_FAILURE;
   if (!simulate_indirect(*subject, basis, {}, alpha).ok()) return EXIT_FAILURE;
   if (!refine_depth(*subject, subject->normals()).ok()) return EXIT_FAILURE;
+  std::vector<std::vector<Radiance>> aligned;
+  if (align_photographs(0, 0, {}, {}, {}, aligned).ok()) return EXIT_FAILURE;
   if (BasisReader::open("absent").ok()) return EXIT_FAILURE;
   std::cout << "lightwell " << version() << '\n';
   return EXIT_SUCCESS;
