@@ -164,6 +164,14 @@ if(LIGHTWELL_BUILD_HOST_SDK)
     find_package(embree 3 CONFIG QUIET)
   endif()
 
+  # For host_sdk/src/relight. Without Embree or Eigen the library is left out; the summary reports it.
+  if(NOT "relight" IN_LIST LIGHTWELL_WITHOUT)
+    if(NOT LIGHTWELL_BUILD_FIRMWARE)
+      find_package(Eigen3 CONFIG QUIET)
+    endif()
+    find_package(embree 3 CONFIG QUIET)
+  endif()
+
   # For host_sdk/examples/openxr_light and host_sdk/openxr_layer. Without it both are left out; the summary reports it.
   find_package(OpenXR CONFIG QUIET)
 endif()

@@ -85,6 +85,10 @@ function(lightwell_install_sdk)
   install(FILES "${PROJECT_BINARY_DIR}/lightwell.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig"
           COMPONENT development)
 
+  set(RELIGHT_HAS_OPENCV FALSE)
+  if(TARGET lightwell_relight AND TARGET opencv_video)
+    set(RELIGHT_HAS_OPENCV TRUE)
+  endif()
   configure_package_config_file(
     "${PROJECT_SOURCE_DIR}/cmake/lightwellConfig.cmake.in"
     "${PROJECT_BINARY_DIR}/lightwellConfig.cmake"

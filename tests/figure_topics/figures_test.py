@@ -17,7 +17,7 @@ from unittest import mock
 TESTS = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(TESTS))
-from figure_topics import light_field_objects, structure, viewer  # noqa: E402
+from figure_topics import light_field_objects, light_field_relight, structure, viewer  # noqa: E402
 from figure_topics.marker import lines_of  # noqa: E402
 from figure_topics.programs import rows_of_program, side_by_side  # noqa: E402
 from figure_topics.rows import at_most, known_short  # noqa: E402
@@ -46,6 +46,20 @@ def run_topic(topic, *arguments):
 def run(*rows):
     """The same for a topic with the given rows."""
     return run_topic(types.SimpleNamespace(measure=lambda folder, say: list(rows)))
+
+
+class Relighting(unittest.TestCase):
+    def verdict(self, scene, inputs, corrected):
+        line = {"part": "accuracy", "scene": scene, "inputs": inputs, "lit_from": "one projector", "rmse_direct": 0.02,
+                "rmse_corrected": corrected, "rmse_one_bounce": 0.01, "dark_direct": 2, "dark_corrected": 1,
+                "dark_share": 0.5}
+        return next(figures.verdict(r) for r in light_field_relight.rows_of(line) if r["asked"] == ">= 2")
+
+    def test_reasons_of_rows_that_fall_short(self):
+        self.assertEqual(self.verdict("blinds, at a basis light", "mesh", 0.009), "yes")
+        self.assertEqual(self.verdict("blinds, at a basis light", "mesh", 0.011), "NO")
+        self.assertEqual(self.verdict("blinds, between basis lights", "mesh", 0.011), "known short")
+        self.assertEqual(self.verdict("blinds, at a basis light", "exact", 0.011), "known short")
 
 
 class ImageObjects(unittest.TestCase):
