@@ -33,7 +33,8 @@ REAL = "city.exr, one lens of 1280x960, constant light, g++ -O3, qemu-user Corte
 
 
 def cheapest_rows(line):
-    what = f"{line['case']}, {FORMATS[line['format']]}, cheapest point whose bound is at most {line['asked_bound']:g}: scenes at "
+    what = (f"{line['case']}, {FORMATS[line['format']]}, cheapest point whose bound is at most "
+            f"{line['asked_bound']:g}: scenes at ")
     return [reported(what + point, count, "", f"{line['scenes']} real panoramas")
             for point, count in line["cheapest"].items()]
 

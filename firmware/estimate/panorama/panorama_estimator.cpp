@@ -237,7 +237,7 @@ class PanoramaEstimator final : public Estimator {
   bool mapper_is_new_ = true;  ///< None of its maps was sent yet.
   std::vector<CellSum> residual_sums_;
   std::vector<std::uint32_t> watched_;  ///< Blocks with the cores of the lights, and around them.
-  std::vector<std::uint32_t> core_;     ///< Blocks with the core of a light.
+  std::vector<std::uint32_t> core_;     ///< The same of one light.
   FlickerDetector flicker_;
   bool flicker_of_brackets_ = false;  ///< The detector's frames are exposures of brackets.
   LightTracker tracker_;
@@ -305,27 +305,33 @@ void PanoramaEstimator::watch_lights(const BlockSums& blocks, const DetectedLigh
     const auto parts = std::ranges::equal_range(found.parts, region, {}, &DetectedLights::Part::region);
     float largest = 0;
     for (const DetectedLights::Part& part : parts) largest = std::max(largest, blocks.peak[part.block]);
-    double core = 0, all = 0, core_sr = 0;
     core_.clear();
+    for (const DetectedLights::Part& part : parts)
+      if (blocks.peak[part.block] >= kCoreFraction * largest && core_.size() < core_.capacity())
+        core_.push_back(part.block);
+    // A block may have several parts.
+    const auto sort_blocks = [](std::vector<std::uint32_t>& all) {
+      std::ranges::sort(all);
+      all.erase(std::unique(all.begin(), all.end()), all.end());
+    };
+    sort_blocks(core_);
+    double core_sr = 0;
+    for (const std::uint32_t block : core_) core_sr += static_cast<double>(integrator_->grid().solid_angle(block));
+    if (core_sr > kMaxWatchedCore_sr) continue;
+    for (std::size_t k = core_.size(); k-- > 0;) {
+      const std::span<const std::uint32_t> around = finder_.neighbours(core_[k]);
+      if (core_.size() + around.size() <= core_.capacity()) core_.insert(core_.end(), around.begin(), around.end());
+    }
+    sort_blocks(core_);
+    double all = 0, read = 0;
     for (const DetectedLights::Part& part : parts) {
       const auto light = static_cast<double>(part.light.luminance());
       all += light;
-      if (!(blocks.peak[part.block] >= kCoreFraction * largest)) continue;
-      core += light;
-      if (core_.size() < core_.capacity()) core_.push_back(part.block);
+      if (std::ranges::binary_search(core_, part.block)) read += light;
     }
-    // A block may have several parts.
-    std::ranges::sort(core_);
-    core_.erase(std::unique(core_.begin(), core_.end()), core_.end());
-    for (const std::uint32_t block : core_) core_sr += static_cast<double>(integrator_->grid().solid_angle(block));
-    if (core_sr > kMaxWatchedCore_sr || !(core > 0)) continue;
-    unread = std::max(unread, all / core - 1);
-    for (const std::uint32_t block : core_) {
-      const std::span<const std::uint32_t> around = finder_.neighbours(block);
-      if (watched_.size() + around.size() + 1 > watched_.capacity()) break;
-      watched_.push_back(block);
-      watched_.insert(watched_.end(), around.begin(), around.end());
-    }
+    if (!(read > 0) || watched_.size() + core_.size() > watched_.capacity()) continue;
+    unread = std::max(unread, all / read - 1);
+    watched_.insert(watched_.end(), core_.begin(), core_.end());
   }
   integrator_->watch(watched_, unread);
 }
