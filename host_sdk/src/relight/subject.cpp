@@ -12,7 +12,7 @@ namespace {
 /// Sub-pixels of a mixed pixel in each direction.
 constexpr int kSubPixels = 4;
 /// A step of depth to a neighbour, in widths of a pixel, from which on a pixel is mixed.
-constexpr float kSteep = 2;
+constexpr float kMaxDepthStep_px = 2;
 
 /// Direction of a point of the picture in the world, with a length of 1 along the camera's axis.
 Vec3f picture_ray(const RelightCamera& camera, double x_px, double y_px) {
@@ -138,7 +138,7 @@ void set_mixed_pixels(SubjectData& data, const RayScene& rays) {
     if (!data.has_geometry(p)) continue;
     bool beside_step = false;
     each_neighbour(data.camera, p, [&](std::size_t other) {
-      beside_step = beside_step || std::abs(data.depth[other] - data.depth[p]) > kSteep * data.pixel_size(p);
+      beside_step = beside_step || std::abs(data.depth[other] - data.depth[p]) > kMaxDepthStep_px * data.pixel_size(p);
     });
     if (beside_step) add_mixed_pixel(data, rays, p);
   }
