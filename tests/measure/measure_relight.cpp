@@ -33,7 +33,7 @@ using measure::RelightRenders;
 /// Standard deviation of the depth that photographs come with: of 6 m half of a thousandth.
 constexpr float kDepthNoise_m = 0.003F;
 /// Paths of a pixel of the photographs of a subject that moves.
-constexpr int kMotionSamples = 25;
+constexpr int kMotionSamples = 9;
 /// Of the picture to look at.
 constexpr double kPictureGain = 1.6;
 /// A pixel is dark where the pattern's direct light is below this share of its mean over the subject.
