@@ -155,6 +155,35 @@ TEST(AlphaMaps, LightsWithoutIrradianceAndLightsAtTheSurface) {
   EXPECT_EQ(alpha.at(0, scene.camera.pixels()), RgbFactor{});
 }
 
+// Geometry and lights far beyond what makes sense: answers are finite, or refused.
+TEST(AlphaMaps, ExtremeSizes) {
+  WallScene scene;
+  const std::vector<RgbFactor> white(4, RgbFactor{1, 1, 1});
+  for (const double focal : {1e-30, 1e-3, 1e9})
+    for (const float depth : {1e-30F, 1.0F, 1e11F})
+      for (const double place : {0.0, 1e8}) {
+        RelightCamera camera = scene.camera;
+        camera.focal_px = focal;
+        std::vector<float> depths(camera.pixels(), depth);
+        depths[3] = std::numeric_limits<float>::infinity();
+        depths[4] = -depth;
+        const auto subject = RelightSubject::from_depth(camera, depths, {scene.albedos(), {}});
+        ASSERT_TRUE(subject.ok());
+        EXPECT_GE(subject->pixels_without_geometry(), 2U);
+        scene.basis = {{{place, 0, 0}, LightDistance::finite, {1e30F, 1, 1e-30F}},
+                       {{0, 1, 1}, LightDistance::distant, {1, 1, 1}}};
+        AlphaMaps alpha;
+        const std::array patterns = {pattern_at({place, 0, 0}, 2, 2, white), pattern_at({0, 0, place}, 2, 2, white)};
+        ASSERT_TRUE(alpha.compute(*subject, scene.basis, patterns, {}).ok());
+        const std::vector<std::vector<Radiance>> photographs(2, std::vector<Radiance>(camera.pixels(), {1, 1, 1}));
+        const auto indirect = simulate_indirect(*subject, scene.basis, patterns, alpha, {.samples = 4});
+        ASSERT_TRUE(indirect.ok());
+        std::vector<Radiance> out(camera.pixels());
+        ASSERT_TRUE(relight_corrected(alpha, spans_of(photographs), *indirect, out).ok());
+        for (const Radiance& r : out) ASSERT_TRUE(std::isfinite(r.r + r.g + r.b) && std::min({r.r, r.g, r.b}) >= 0);
+      }
+}
+
 TEST(RelightDirect, PhotographsThatAreDamaged) {
   WallScene scene;
   scene.basis = {{{0, 0, 0}, LightDistance::finite, {1, 1, 1}}};
