@@ -154,7 +154,7 @@ endforeach()
 lightwell_debian_package(liblightwell-dev development
   SECTION libdevel
   DEPENDS "${library_package} (= ${package_version})" ${development_needs}
-  SUGGESTS cmake libglm-dev libceres-dev libembree-dev
+  SUGGESTS cmake libglm-dev libceres-dev libembree-dev libopencv-dev
   DESCRIPTION
     "light probe for augmented reality, development files"
     "Headers and static libraries of the C++ SDK, with its CMake package, the C ABI"

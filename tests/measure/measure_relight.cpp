@@ -18,6 +18,7 @@
 #include "bench/thread_time.hpp"
 #include "imaging/image_file.hpp"
 #include "measure/output.hpp"
+#include "measure/relight_motion.hpp"
 #include "measure/relight_renders.hpp"
 #include "measure/relight_stream.hpp"
 #include "tools/command_line.hpp"
@@ -31,6 +32,8 @@ using measure::RelightRenders;
 
 /// Standard deviation of the depth that photographs come with: of 6 m half of a thousandth.
 constexpr float kDepthNoise_m = 0.003F;
+/// Paths of a pixel of the photographs of a subject that moves.
+constexpr int kMotionSamples = 9;
 /// Of the picture to look at.
 constexpr double kPictureGain = 1.6;
 /// A pixel is dark where the pattern's direct light is below this share of its mean over the subject.
@@ -235,8 +238,8 @@ int main(int argc, char** argv) {
                  "Paths of a pixel of a photograph; of the truth four times as many [100]")
       ->check(CLI::Range(1, 10000));
   app.add_option("--picture", picture, "PNG of photograph, equation 1, equation 5 and truth");
-  app.add_option("--part", parts, "accuracy, indirect or stream; may be repeated [all]")
-      ->check(CLI::IsMember({"accuracy", "indirect", "stream"}));
+  app.add_option("--part", parts, "accuracy, indirect, motion or stream; may be repeated [all]")
+      ->check(CLI::IsMember({"accuracy", "indirect", "motion", "stream"}));
   app.footer("Rendering takes minutes on two cores. Exit status: 0 measured, 1 failed, 2 wrong usage.");
   return run_command(app, {argv + 1, argv + argc}, [&] {
     const auto wanted = [&](const char* part) {
@@ -255,6 +258,7 @@ int main(int argc, char** argv) {
     }
     if (!picture.empty()) require(write_picture(renders, whole, picture));
     if (wanted("indirect")) measure_indirect(renders, whole);
+    if (wanted("motion")) measure::measure_relight_motion(size.columns, kMotionSamples);
     if (wanted("stream")) measure::measure_relight_stream(folder);
     return kDone;
   });

@@ -125,9 +125,8 @@ struct AlphaSummary {
   static constexpr float kMaxAlpha = 1e4F;
 };
 
-/// alpha of each basis light (equation 1): a constant, plus a map where a pattern uses the light. One thread; create it
-/// once and reuse it: for pictures of one size and the same number of lights, memory is allocated only when a light
-/// is used by a pattern for the first time.
+/// alpha of each basis light (equation 1): a constant, plus a map where a pattern uses the light. One thread. Computing
+/// it again keeps the memory of the maps.
 ///
 /// A pattern whose place is that of a basis light (within 0.1 % of the distance) uses this light alone: shadows are
 /// those of the photograph. A pattern elsewhere is blended from the three basis lights around the ray that reaches it
@@ -171,7 +170,7 @@ using BasisPictures = std::span<const std::span<const Radiance>>;
 /// How indirect light is simulated.
 struct IndirectOptions {
   int samples = 64;  ///< Rays of a simulated pixel, 1 to 65,536. Time grows with it, noise falls with its root.
-  int bounces = 3;   ///< 1 (as the paper) to 64. Rays are shared: a further bounce costs a fifth of the first one.
+  int bounces = 3;   ///< 1 (as the paper) to 64. Rays are shared: two further bounces cost a tenth of the first one.
   int step = 2;      ///< Every step-th pixel in both directions is simulated, 1 to 16; others are upsampled.
   std::uint64_t seed = 1;  ///< The same seed gives the same picture.
   /// Reflectance of the surface of a dielectric, which albedo does not include, for light from all directions, 0 to 1:

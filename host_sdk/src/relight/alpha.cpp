@@ -22,6 +22,8 @@ namespace {
 constexpr double kSamePlace = 1e-3;
 /// Below this sum of weighted cosines the basis lights do not reach a pixel.
 constexpr float kMinCosine = 0.02F;
+/// Parts of a mixed pixel count also where the albedo is black, or none was given.
+constexpr float kMinAlbedo = 0.05F;
 /// Largest ratio of Lambert's cosines.
 constexpr float kMaxCosineRatio = 4;
 
@@ -104,7 +106,9 @@ class PatternAlpha {
     const Incident arrives = incident(basis_[light], point.position);
     const float cosine = dot(point.normal, arrives.towards);
     if (!(cosine > 0) || rays_->occluded(point.origin, arrives.towards, arrives.distance)) return {};
-    return reflected_radiance(arrives.irradiance * cosine, subject_.albedo[point.pixel]);
+    const Albedo& albedo = subject_.albedo[point.pixel];
+    return reflected_radiance(arrives.irradiance * cosine,
+                              {albedo.r + kMinAlbedo, albedo.g + kMinAlbedo, albedo.b + kMinAlbedo});
   }
 
   /// Ratio of two irradiances, times `share`.

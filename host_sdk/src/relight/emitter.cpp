@@ -131,7 +131,8 @@ RgbFactor PatternSampler::bilinear(float x, float y, std::size_t level) const {
 
 std::size_t PatternSampler::level_of(float texels) const {
   if (!(texels > 1)) return 0;
-  return std::min(static_cast<std::size_t>(std::log2(texels)), levels_.size() - 1);
+  // Infinite at the light itself.
+  return std::min(static_cast<std::size_t>(std::log2(std::min(texels, 65536.0F))), levels_.size() - 1);
 }
 
 Incident PatternSampler::incident(Vec3f point, RgbFactor transmittance) const {

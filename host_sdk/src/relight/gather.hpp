@@ -47,7 +47,7 @@ class GatherRays {
   /// `options` must validate. resource_exhausted where the rays do not fit into kMaxRays.
   [[nodiscard]] static Result<GatherRays> cast(const SubjectData& subject, const RayScene& rays,
                                                const IndirectOptions& options);
-  static constexpr std::size_t kMaxRays = std::size_t{1} << 28;
+  static constexpr std::size_t kMaxRays = std::size_t{1} << 27;
 
   /// Indirect light of each pixel as reflected radiance, after options.bounces bounces; 0 without geometry.
   void simulate(const DirectLight& light, std::vector<Radiance>& out) const;

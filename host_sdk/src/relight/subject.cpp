@@ -9,10 +9,12 @@ namespace lightwell {
 namespace relight {
 namespace {
 
+/// Farther points count as no geometry: squares would leave the range of float.
+constexpr float kMaxDistance_m = 1e12F;
 /// Sub-pixels of a mixed pixel in each direction.
 constexpr int kSubPixels = 4;
 /// A step of depth to a neighbour, in widths of a pixel, from which on a pixel is mixed.
-constexpr float kSteep = 2;
+constexpr float kMaxDepthStep_px = 2;
 
 /// Direction of a point of the picture in the world, with a length of 1 along the camera's axis.
 Vec3f picture_ray(const RelightCamera& camera, double x_px, double y_px) {
@@ -74,12 +76,13 @@ void set_geometry(SubjectData& data) {
   data.facets.assign(count, {});
   Vec3d sum;
   for (std::size_t p = 0; p < count; ++p) {
-    if (!data.has_geometry(p)) {
+    const Vec3f ray = pixel_ray(camera, static_cast<int>(p % columns), static_cast<int>(p / columns));
+    if (!data.has_geometry(p) || !(length(ray) * data.depth[p] < kMaxDistance_m)) {
+      data.depth[p] = 0;
       ++data.without_geometry;
       continue;
     }
-    data.positions[p] =
-        eye + pixel_ray(camera, static_cast<int>(p % columns), static_cast<int>(p / columns)) * data.depth[p];
+    data.positions[p] = eye + ray * data.depth[p];
     sum += vec_cast<double>(data.positions[p]);
   }
   if (count > data.without_geometry) data.centre = sum * (1.0 / static_cast<double>(count - data.without_geometry));
@@ -120,7 +123,7 @@ void add_mixed_pixel(SubjectData& data, const RayScene& rays, std::size_t pixel)
         static_cast<double>(pixel / static_cast<std::size_t>(camera.columns)) + (s / kSubPixels + 0.5) / kSubPixels;
     const Vec3f ray = picture_ray(camera, x, y);
     const auto hit = rays.first_hit(eye, ray);
-    if (!hit || !(hit->distance > 0 && hit->distance < 1e12F)) continue;
+    if (!hit || !(hit->distance > 0 && hit->distance < kMaxDistance_m)) continue;
     std::size_t like = pixel;
     each_neighbour(camera, pixel, [&](std::size_t other) {
       if (data.has_geometry(other) &&
@@ -138,7 +141,7 @@ void set_mixed_pixels(SubjectData& data, const RayScene& rays) {
     if (!data.has_geometry(p)) continue;
     bool beside_step = false;
     each_neighbour(data.camera, p, [&](std::size_t other) {
-      beside_step = beside_step || std::abs(data.depth[other] - data.depth[p]) > kSteep * data.pixel_size(p);
+      beside_step = beside_step || std::abs(data.depth[other] - data.depth[p]) > kMaxDepthStep_px * data.pixel_size(p);
     });
     if (beside_step) add_mixed_pixel(data, rays, p);
   }
@@ -212,8 +215,8 @@ Status RelightCamera::validate() const {
   if (!std::isfinite(centre_y_px)) return bad("centre_y_px", centre_y_px, "finite");
   const Quat& q = T_world_camera.rotation;
   const double norm = q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w;
-  if (!is_finite(T_world_camera.translation) || !(std::abs(norm - 1) < 1e-6))
-    return invalid_argument("camera: T_world_camera is not finite, or its rotation no unit quaternion");
+  if (!(length(T_world_camera.translation) <= 1e9) || !(std::abs(norm - 1) < 1e-6))
+    return invalid_argument("camera: T_world_camera is not finite, above 1e9 m, or its rotation no unit quaternion");
   return {};
 }
 
@@ -225,9 +228,8 @@ Result<RelightSubject> RelightSubject::from_depth(const RelightCamera& camera, s
   auto data = std::make_shared<relight::SubjectData>();
   data->camera = camera;
   data->depth.assign(depth_m.begin(), depth_m.end());
-  // Squares of larger values would leave the range of float.
   for (float& d : data->depth)
-    if (!(d > 0 && d < 1e12F)) d = 0;
+    if (!(d > 0 && d < relight::kMaxDistance_m)) d = 0;
   relight::set_geometry(*data);
   data->surface = relight::surface_of_depth(*data);
   relight::set_pixels(*data, pixels);
@@ -258,7 +260,7 @@ Result<RelightSubject> RelightSubject::from_mesh(const RelightCamera& camera, co
   for (int row = 0; row < camera.rows; ++row)
     for (int column = 0; column < camera.columns; ++column)
       if (const auto hit = (*rays)->first_hit(eye, relight::pixel_ray(camera, column, row)))
-        if (hit->distance > 0 && hit->distance < 1e12F)
+        if (hit->distance > 0 && hit->distance < relight::kMaxDistance_m)
           data->depth[static_cast<std::size_t>(row) * static_cast<std::size_t>(camera.columns) +
                       static_cast<std::size_t>(column)] = hit->distance;
   relight::set_geometry(*data);

@@ -119,6 +119,38 @@ TEST(AlphaMaps, PatternsBetweenLightsThrowShadows) {
   EXPECT_GT(sum(0.9), 0);
 }
 
+// A board in front of a wall, as a mesh: the board has one colour of the pattern, the wall around it the other one. A
+// pixel at the edge of the board has a mean of both, by what each shows.
+TEST(AlphaMaps, MixesSurfacesWithinAPixel) {
+  WallScene scene;
+  scene.basis = {{{0, 0, 0}, LightDistance::finite, {1, 1, 1}}};
+  // In pixels the board ends at column 30.5: at x = 0.2625 m in a depth of 1 m.
+  const std::vector<Vec3f> vertices = {{-9, -9, -2},   {9, -9, -2},          {9, 9, -2},          {-9, 9, -2},
+                                       {0, -0.2F, -1}, {0.2625F, -0.2F, -1}, {0.2625F, 0.2F, -1}, {0, 0.2F, -1}};
+  const std::vector<std::uint32_t> indices = {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7};
+  for (const bool with_albedo : {true, false}) {
+    const auto albedo = scene.albedos();
+    const auto subject =
+        RelightSubject::from_mesh(scene.camera, {vertices, indices},
+                                  {with_albedo ? std::span<const Albedo>(albedo) : std::span<const Albedo>(), {}});
+    ASSERT_TRUE(subject.ok());
+    // The slide from the camera's place: 64 texels across 2 m at the wall, green right of the board's edge, red left of
+    // it.
+    std::vector<RgbFactor> slide(64 * 64);
+    for (std::size_t t = 0; t < slide.size(); ++t) slide[t] = t % 64 < 49 ? RgbFactor{1, 0, 0} : RgbFactor{0, 1, 0};
+    AlphaMaps alpha;
+    ASSERT_TRUE(alpha.compute(*subject, scene.basis, std::array{pattern_at({0, 0, 0}, 64, 64, slide)}, {}).ok());
+    const auto at = [&](std::size_t column) { return alpha.at(0, 15 * 40 + column); };
+    EXPECT_NEAR(at(28).r, 1, 1e-5);
+    EXPECT_NEAR(at(33).g, 1, 1e-5);
+    // The board is four times as bright as the wall, and the slide changes at column 30.6: red dominates.
+    EXPECT_GT(at(30).r, 0.7);
+    EXPECT_LT(at(30).r, 1);
+    EXPECT_GT(at(30).g, 0);
+    EXPECT_NEAR(at(30).r + at(30).g, 1, 0.05);
+  }
+}
+
 TEST(AlphaMaps, ConstantWeightsNeedNoGeometry) {
   WallScene scene;
   scene.basis = {{{0.3, 0, 0}, LightDistance::finite, {3, 3, 3}}, {{-1, 1, 0}, LightDistance::finite, {1, 1, 1}}};
@@ -153,6 +185,35 @@ TEST(AlphaMaps, LightsWithoutIrradianceAndLightsAtTheSurface) {
   }
   EXPECT_EQ(alpha.at(1, 0), RgbFactor{});
   EXPECT_EQ(alpha.at(0, scene.camera.pixels()), RgbFactor{});
+}
+
+// Geometry and lights far beyond what makes sense: answers are finite, or refused.
+TEST(AlphaMaps, ExtremeSizes) {
+  WallScene scene;
+  const std::vector<RgbFactor> white(4, RgbFactor{1, 1, 1});
+  for (const double focal : {1e-30, 1e-3, 1e9})
+    for (const float depth : {1e-30F, 1.0F, 1e11F})
+      for (const double place : {0.0, 1e8}) {
+        RelightCamera camera = scene.camera;
+        camera.focal_px = focal;
+        std::vector<float> depths(camera.pixels(), depth);
+        depths[3] = std::numeric_limits<float>::infinity();
+        depths[4] = -depth;
+        const auto subject = RelightSubject::from_depth(camera, depths, {scene.albedos(), {}});
+        ASSERT_TRUE(subject.ok());
+        EXPECT_GE(subject->pixels_without_geometry(), 2U);
+        scene.basis = {{{place, 0, 0}, LightDistance::finite, {1e30F, 1, 1e-30F}},
+                       {{0, 1, 1}, LightDistance::distant, {1, 1, 1}}};
+        AlphaMaps alpha;
+        const std::array patterns = {pattern_at({place, 0, 0}, 2, 2, white), pattern_at({0, 0, place}, 2, 2, white)};
+        ASSERT_TRUE(alpha.compute(*subject, scene.basis, patterns, {}).ok());
+        const std::vector<std::vector<Radiance>> photographs(2, std::vector<Radiance>(camera.pixels(), {1, 1, 1}));
+        const auto indirect = simulate_indirect(*subject, scene.basis, patterns, alpha, {.samples = 4});
+        ASSERT_TRUE(indirect.ok());
+        std::vector<Radiance> out(camera.pixels());
+        ASSERT_TRUE(relight_corrected(alpha, spans_of(photographs), *indirect, out).ok());
+        for (const Radiance& r : out) ASSERT_TRUE(std::isfinite(r.r + r.g + r.b) && std::min({r.r, r.g, r.b}) >= 0);
+      }
 }
 
 TEST(RelightDirect, PhotographsThatAreDamaged) {
