@@ -46,7 +46,7 @@ brightest_by_darkest (ratio of the lights' irradiances).
 Exit codes: 4 a file is wrong or exists, or the capture does not fit together; the message says how.)";
 
 constexpr std::size_t kShown = 5;
-/// The pictures are taken as those of a level camera and of one lamp: beyond these, the user is told.
+/// The pictures are taken as those of a level camera and of one lamp: beyond these, a warning is printed.
 constexpr double kLevelDeg = 5, kEvenRatio = 1.2;
 
 int fail(const Status& status) {
