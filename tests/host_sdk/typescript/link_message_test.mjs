@@ -182,7 +182,7 @@ test("the calibration of a probe", () => {
 test("responses: an estimator that this version does not know is an error", () => {
   const of = (text) => decodeLinkResponse(encode("LinkResponse", `id: 1 get_config { ${text} }`));
   assert.equal(of("kind: ESTIMATOR_KIND_MARKER").estimator.config.band, 6);
-  for (const text of ["", "kind: 9", "kind: 1 estimator { band: 7 }", "kind: 1 estimator { setting: 4 }",
+  for (const text of ["", "kind: 9", "kind: 1 estimator { band: 7 }", "kind: 1 estimator { setting: 5 }",
                       "kind: 1 estimator { setting: 0 }", "kind: 1 estimator { panorama { epsilon: 1 } }",
                       "kind: 1 estimator { panorama { epsilon: nan } }",
                       "kind: 1 estimator { panorama { smoothing: 3 } }",
