@@ -249,9 +249,8 @@ std::string over_budget_message(double ms, double budget_ms) {
 
 std::string over_bound_message(double bound, double max_bound) {
   return formatted(
-      "max_bound: descriptors state a bound of %.3g even at the configured setting, and %.3g is asked; set a larger "
-      "one "
-      "with --max-bound, or a richer estimator.setting",
+      "max_bound: descriptors state a bound of %.3g even at the configured setting, and %.3g is asked; "
+      "set a larger one with --max-bound, or a richer estimator.setting",
       bound, max_bound);
 }
 

@@ -98,15 +98,15 @@ TEST_F(ObjectCapture, IsDescribedFromAMarkerInThePhotographs) {
   std::ifstream file(folder_.path("object.json"));
   const json object = json::parse(file);
   EXPECT_EQ(object.at("pictures"), "v{view}_l{light}.png");
-  // The marker's pose is exact to some 0.2 degrees. A lamp's direction is within some 3 degrees, but the rays of three
-  // views meet closer to it.
+  // The README's figures, about twice what is measured. A light's direction in one view is within some 3 degrees, but
+  // the rays of three views meet closer to it.
   for (std::size_t v = 0; v < kTurns.size(); ++v)
-    EXPECT_NEAR(object.at("turns_deg")[v].get<double>() * kDegree, kTurns[v], 0.5 * kDegree);
+    EXPECT_NEAR(object.at("turns_deg")[v].get<double>() * kDegree, kTurns[v], 0.3 * kDegree);
   EXPECT_NEAR(object.at("camera_distance_m").get<double>(), kDistance, 0.01 * kDistance);
   EXPECT_NEAR(object.at("half_width_m").get<double>(), kDistance * kColumns / 2 / kFocalPx, 0.01);
   for (std::size_t l = 0; l < kLamps.size(); ++l) {
     const auto p = object.at("light_positions_m")[l].get<std::vector<double>>();
-    EXPECT_LT(angle_between(Vec3d{p[0], p[1], p[2]}, kLamps[l]), 1.5 * kDegree);
+    EXPECT_LT(angle_between(Vec3d{p[0], p[1], p[2]}, kLamps[l]), 0.6 * kDegree);
   }
 
   Child again(describe());

@@ -124,9 +124,9 @@ void CellGrid::project(std::span<const CellSum> sums, std::span<const CentroidOv
     add_even(begin, end, sums, {first, next}, partial);
     add_to_total(partial);
   }
-  for (std::size_t begin = 0; begin < overrides.size(); begin += LightPoints::kMaxPoints) {
+  for (std::size_t begin = 0; begin < overrides.size(); begin += kMaxCellsInFloat) {
     PartialTotals partial;
-    add_centroids(sums, overrides.subspan(begin, std::min(LightPoints::kMaxPoints, overrides.size() - begin)), partial);
+    add_centroids(sums, overrides.subspan(begin, std::min(kMaxCellsInFloat, overrides.size() - begin)), partial);
     add_to_total(partial);
   }
   fit(total, out);
@@ -151,14 +151,17 @@ void CellGrid::add_even(std::size_t begin, std::size_t end, std::span<const Cell
 void CellGrid::add_centroids(std::span<const CellSum> sums, std::span<const CentroidOverride> overrides,
                              PartialTotals& out) {
   LightPoints points;
-  points.count = overrides.size();
-  for (std::size_t k = 0; k < points.count; ++k) {
-    const CellSum& s = sums[overrides[k].cell];
-    const Vec3f to = vec_cast<float>(overrides[k].centroid);
-    points.x[k] = to.x, points.y[k] = to.y, points.z[k] = to.z;
-    points.r[k] = s.r, points.g[k] = s.g, points.b[k] = s.b;
+  for (std::size_t begin = 0; begin < overrides.size(); begin += LightPoints::kMaxPoints) {
+    points.count = std::min(LightPoints::kMaxPoints, overrides.size() - begin);
+    for (std::size_t k = 0; k < points.count; ++k) {
+      const CentroidOverride& o = overrides[begin + k];
+      const CellSum& s = sums[o.cell];
+      const Vec3f to = vec_cast<float>(o.centroid);
+      points.x[k] = to.x, points.y[k] = to.y, points.z[k] = to.z;
+      points.r[k] = s.r, points.g[k] = s.g, points.b[k] = s.b;
+    }
+    add_points(points, out.c);
   }
-  add_points(points, out.c);
 }
 
 void CellGrid::fit(const Totals& total, Projection& out) const {

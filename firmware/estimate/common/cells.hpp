@@ -87,8 +87,8 @@ class CellGrid {
     float c[3][kRowCount] = {};
   };
   static constexpr std::size_t kMaxCellsInFloat = 256;
-  /// Adds at most kMaxCellsInFloat cells, from `begin` to before `end`, to which all `overrides` belong, at most
-  /// LightPoints::kMaxPoints. `sums`: of all cells.
+  /// Adds at most kMaxCellsInFloat cells, from `begin` to before `end`, to which all `overrides` belong. `sums`: of all
+  /// cells.
   void add(std::size_t begin, std::size_t end, std::span<const CellSum> sums,
            std::span<const CentroidOverride> overrides, PartialTotals& out) const;
   /// The projection of the cells whose totals these are.

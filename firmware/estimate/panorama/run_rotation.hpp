@@ -43,6 +43,7 @@ class RunRotation {
     std::uint32_t position;  ///< In the order of groups: its group is `position` modulo N.
   };
   static constexpr int kMaxPixels = 192;
+  static_assert(kMaxPixels <= CellGrid::kMaxCellsInFloat, "a block may be one pixel");
   [[nodiscard]] std::span<const Run> runs() const { return runs_; }
   /// Numbers of the runs of which this frame reads blocks.
   [[nodiscard]] std::span<const std::uint32_t> changed() const { return changed_; }

@@ -12,9 +12,13 @@
 #include <lightwell/geometry.hpp>
 #include <lightwell/result.hpp>
 
+namespace lightwell::rays {
+class RayScene;
+}
+
 namespace lightwell::field {
 
-/// Immutable, ray-cast by Embree. Its surface is divided into texels of about kTexel_m, at most kMaxTexels.
+/// Immutable. Its surface is divided into texels of about kTexel_m, at most kMaxTexels.
 class Proxy {
  public:
   static constexpr double kTexel_m = 0.25;
@@ -22,9 +26,6 @@ class Proxy {
 
   /// failed_precondition in a build without Embree.
   [[nodiscard]] static Result<std::shared_ptr<const Proxy>> make(const FieldGeometry& geometry);
-  ~Proxy();
-  Proxy(const Proxy&) = delete;
-  Proxy& operator=(const Proxy&) = delete;
 
   /// Whether something is between two points, not counting `margin_m` at both ends.
   [[nodiscard]] bool occluded(Vec3d from, Vec3d to, double margin_m) const;
@@ -41,13 +42,12 @@ class Proxy {
   [[nodiscard]] std::span<const Vec3d> texels() const { return texels_; }
 
  private:
-  struct Scene;
   struct Triangle {
     std::uint32_t first = 0, edge = 0;  ///< Its texels: edge x edge, in barycentric coordinates.
   };
-  Proxy();
+  Proxy() = default;
 
-  std::unique_ptr<Scene> scene_;
+  std::shared_ptr<const rays::RayScene> rays_;
   std::vector<Triangle> triangles_;
   std::vector<Vec3d> texels_;
 };

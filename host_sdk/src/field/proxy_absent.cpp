@@ -7,11 +7,6 @@ bool field_has_geometry() { return false; }
 
 namespace field {
 
-struct Proxy::Scene {};
-
-Proxy::Proxy() = default;
-Proxy::~Proxy() = default;
-
 Result<std::shared_ptr<const Proxy>> Proxy::make(const FieldGeometry&) {
   return Status(StatusCode::failed_precondition,
                 "this build has no Embree, which proxy geometry needs: build with libembree-dev");

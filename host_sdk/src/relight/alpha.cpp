@@ -9,9 +9,9 @@
 #include <string>
 #include <utility>
 
+#include "rays/ray_scene.hpp"
 #include "relight/direction_blend.hpp"
 #include "relight/emitter.hpp"
-#include "relight/ray_scene.hpp"
 #include "relight/subject.hpp"
 
 namespace lightwell {

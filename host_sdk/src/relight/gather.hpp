@@ -11,8 +11,8 @@
 #include <lightwell/relight.hpp>
 #include <lightwell/result.hpp>
 
+#include "rays/ray_scene.hpp"
 #include "relight/emitter.hpp"
-#include "relight/ray_scene.hpp"
 #include "relight/subject.hpp"
 
 namespace lightwell::relight {

@@ -14,9 +14,11 @@
 #include <lightwell/relight.hpp>
 #include <lightwell/result.hpp>
 
-#include "relight/ray_scene.hpp"
+#include "rays/ray_scene.hpp"
 
 namespace lightwell::relight {
+
+using rays::RayScene;
 
 /// Whether triangles are all of the subject, or the side that the camera sees.
 enum class SurfaceExtent : std::uint8_t { whole, seen_side };

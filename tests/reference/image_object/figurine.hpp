@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "reference/image_object/mesh_rays.hpp"
 #include "reference/vector.hpp"
 
 namespace lightwell::reference {
@@ -26,9 +27,7 @@ struct FigurineMaterial {
 
 /// Triangles with a normal at each vertex, inside the sphere of radius 1.25 around the origin, +Y up. The vertices at
 /// the bottom of the bowl, its pole, have no normal: there the neighbours' count.
-struct FigurineMesh {
-  std::vector<V3> positions, normals;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+struct FigurineMesh : SmoothMesh {
   std::vector<FigurinePart> parts;  ///< Of each triangle.
 };
 

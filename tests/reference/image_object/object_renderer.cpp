@@ -3,9 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
-
-#include <embree3/rtcore.h>
 
 namespace lightwell::reference {
 namespace {
@@ -51,81 +48,21 @@ struct Hit {
 
 struct ObjectRenderer::Scene {
   FigurineMesh mesh = make_figurine();
-  RTCDevice device = rtcNewDevice(nullptr);
-  RTCScene scene = rtcNewScene(device);
-
-  Scene() {
-    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
-    for (const V3& p : mesh.positions) {
-      *positions++ = static_cast<float>(p.x);
-      *positions++ = static_cast<float>(p.y);
-      *positions++ = static_cast<float>(p.z);
-    }
-    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.triangles.size()));
-    for (const auto& triangle : mesh.triangles) indices = std::copy(triangle.begin(), triangle.end(), indices);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    rtcCommitScene(scene);
-  }
-  ~Scene() {
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
-  }
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
-
-  static void set(RTCRay& ray, const V3& from, const V3& towards) {
-    ray.org_x = static_cast<float>(from.x);
-    ray.org_y = static_cast<float>(from.y);
-    ray.org_z = static_cast<float>(from.z);
-    ray.dir_x = static_cast<float>(towards.x);
-    ray.dir_y = static_cast<float>(towards.y);
-    ray.dir_z = static_cast<float>(towards.z);
-    ray.tnear = 0;
-    ray.tfar = std::numeric_limits<float>::infinity();
-    ray.mask = 0xFFFFFFFFU;
-    ray.time = 0;
-    ray.flags = 0;
-  }
+  MeshRays rays{mesh};
 
   bool hit(const V3& eye, const V3& towards, Hit& out) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRayHit query{};
-    set(query.ray, eye, towards);
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene, &context, &query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    const auto& triangle = mesh.triangles[query.hit.primID];
-    const V3 &a = mesh.positions[triangle[0]], &b = mesh.positions[triangle[1]], &c = mesh.positions[triangle[2]];
-    // The plane of the triangle in double.
-    const V3 facet = normalised(cross(b - a, c - a));
-    const double t = dot(facet, a - eye) / dot(facet, towards);
-    out.at = eye + t * towards;
-    const double u = static_cast<double>(query.hit.u), v = static_cast<double>(query.hit.v);
-    V3 normal = normalised((1 - u - v) * mesh.normals[triangle[0]] + u * mesh.normals[triangle[1]] +
-                           v * mesh.normals[triangle[2]]);
+    const auto first = rays.first_hit(eye, towards);
+    if (!first) return false;
+    out.at = first->at;
+    out.facet = first->facet;
+    out.normal = first->normal;
     out.to_eye = -1.0 * towards;
-    out.facet = dot(facet, towards) < 0 ? facet : -1.0 * facet;
-    if (dot(normal, out.facet) < 0) normal = -1.0 * normal;
-    out.normal = normal;
-    out.material = figurine_material(mesh.parts[query.hit.primID], out.at);
+    out.material = figurine_material(mesh.parts[first->triangle], out.at);
     return true;
   }
 
   [[nodiscard]] bool occluded(const Hit& hit, const V3& towards) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRay ray{};
-    set(ray, hit.at + kRayOffset * hit.facet, towards);
-    rtcOccluded1(scene, &context, &ray);
-    return ray.tfar < 0;
+    return rays.occluded(hit.at + kRayOffset * hit.facet, towards);
   }
 
   /// Adds the light that a hit reflects to a pixel; returns whether it is lit.

@@ -2,12 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <thread>
 #include <utility>
-
-#include <embree3/rtcore.h>
 
 #include "reference/image_object/figurine.hpp"
 
@@ -122,75 +119,24 @@ void add(std::array<float, 3>& to, const Rgb& value, double weight) {
 
 struct PathTracer::Scene {
   TracedMesh mesh;
-  RTCDevice device = rtcNewDevice("threads=1,set_affinity=0");
-  RTCScene scene = rtcNewScene(device);
+  MeshRays rays{mesh};
 
-  explicit Scene(TracedMesh m) : mesh(std::move(m)) {
-    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* to = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                                           3 * sizeof(float), mesh.positions.size()));
-    for (const V3& p : mesh.positions)
-      for (const double v : {p.x, p.y, p.z}) *to++ = static_cast<float>(v);
-    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh.triangles.size()));
-    for (const auto& triangle : mesh.triangles) indices = std::copy(triangle.begin(), triangle.end(), indices);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    rtcCommitScene(scene);
-  }
-  ~Scene() {
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
-  }
-  Scene(const Scene&) = delete;
-  Scene& operator=(const Scene&) = delete;
-
-  static RTCRay ray(const V3& from, const V3& towards, double distance) {
-    RTCRay out{};
-    out.org_x = static_cast<float>(from.x);
-    out.org_y = static_cast<float>(from.y);
-    out.org_z = static_cast<float>(from.z);
-    out.dir_x = static_cast<float>(towards.x);
-    out.dir_y = static_cast<float>(towards.y);
-    out.dir_z = static_cast<float>(towards.z);
-    out.tfar = static_cast<float>(distance);
-    out.mask = 0xFFFFFFFFU;
-    return out;
-  }
+  explicit Scene(TracedMesh m) : mesh(std::move(m)) {}
 
   [[nodiscard]] std::optional<Vertex> hit(const V3& from, const V3& towards) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRayHit query{};
-    query.ray = ray(from, towards, std::numeric_limits<double>::infinity());
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene, &context, &query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    const auto& triangle = mesh.triangles[query.hit.primID];
-    const V3 &a = mesh.positions[triangle[0]], &b = mesh.positions[triangle[1]], &c = mesh.positions[triangle[2]];
+    const auto first = rays.first_hit(from, towards);
+    if (!first) return std::nullopt;
     Vertex out;
-    out.facet = normalised(cross(b - a, c - a));
-    // The plane of the triangle in double.
-    out.at = from + (dot(out.facet, a - from) / dot(out.facet, towards)) * towards;
-    const double u = static_cast<double>(query.hit.u), v = static_cast<double>(query.hit.v);
-    out.normal = normalised((1 - u - v) * mesh.normals[triangle[0]] + u * mesh.normals[triangle[1]] +
-                            v * mesh.normals[triangle[2]]);
+    out.at = first->at;
+    out.facet = first->facet;
+    out.normal = first->normal;
     out.out = -1.0 * towards;
-    if (dot(out.facet, towards) > 0) out.facet = -1.0 * out.facet;
-    if (dot(out.normal, out.facet) < 0) out.normal = -1.0 * out.normal;
-    out.material = mesh.material(query.hit.primID, out.at);
+    out.material = mesh.material(first->triangle, out.at);
     return out;
   }
 
   [[nodiscard]] bool occluded(const Vertex& from, const V3& towards, double distance) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRay query = ray(from.at + kRayOffset * from.facet, towards, distance);
-    rtcOccluded1(scene, &context, &query);
-    return query.tfar < 0;
+    return rays.occluded(from.at + kRayOffset * from.facet, towards, distance);
   }
 
   /// Direct light that a vertex reflects towards its `out`.
@@ -264,10 +210,7 @@ struct PathTracer::Scene {
 
 TracedMesh traced_figurine() {
   const FigurineMesh figurine = make_figurine();
-  TracedMesh out;
-  out.positions = figurine.positions;
-  out.normals = figurine.normals;
-  out.triangles = figurine.triangles;
+  TracedMesh out{figurine, {}};
   out.material = [parts = figurine.parts](std::uint32_t triangle, const V3& at) {
     const FigurineMaterial material = figurine_material(parts[triangle], at);
     return TracedMaterial{material.albedo, material.alpha, 0.04};

@@ -8,6 +8,7 @@
 #include <memory>
 #include <vector>
 
+#include "reference/image_object/mesh_rays.hpp"
 #include "reference/relight/patterns.hpp"
 #include "reference/vector.hpp"
 
@@ -20,9 +21,7 @@ struct TracedMaterial {
 };
 
 /// Triangles with a normal at each vertex. The material is that of a triangle at a point.
-struct TracedMesh {
-  std::vector<V3> positions, normals;
-  std::vector<std::array<std::uint32_t, 3>> triangles;
+struct TracedMesh : SmoothMesh {
   std::function<TracedMaterial(std::uint32_t triangle, const V3& at)> material;
 };
 

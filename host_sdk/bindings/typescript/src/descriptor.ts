@@ -2,6 +2,7 @@
 //   Descriptor, Light, ErrorBound   values
 //   decodeDescriptor                bytes -> Descriptor, fully validated
 import { EnvironmentMap, EnvironmentMessage } from "./environment.js";
+import { settings } from "./estimator_config.js";
 import { PoseMessage } from "./pose_message.js";
 import { Pose, Rgb, Vec3, normalized } from "./vector.js";
 import {
@@ -20,8 +21,6 @@ export type Flag = "unseen" | "clipped" | "cleaned" | "dark" | "moved" | "filled
 const wireFlags: readonly Flag[] = ["unseen", "clipped", "cleaned", "dark", "moved", "filled", "recovered", "unsure"];
 export type Setting = "fastest" | "fast" | "balanced" | "exact";
 export type Flicker = "unknown" | "none" | "100 Hz" | "120 Hz";
-/** By number; 0 is none that this module knows. */
-const settings: readonly Setting[] = ["balanced", "fast", "balanced", "exact", "fastest"];
 const flickers: readonly Flicker[] = ["unknown", "none", "100 Hz", "120 Hz"];
 
 /** A detected light (lamp, sun, window), modelled as a spherical cap of uniform radiance. */
@@ -285,7 +284,7 @@ export function decodeDescriptor(bytes: Uint8Array): Descriptor {
     saturated: share(raw.saturated, "saturated"),
     bound: boundOf(millionths),
     flags,
-    setting: settings[raw.setting] ?? "balanced",
+    setting: settings[raw.setting - 1] ?? "balanced",
     flicker: flickers[raw.flicker] ?? "unknown",
     origin,
   };

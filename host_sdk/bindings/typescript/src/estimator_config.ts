@@ -55,15 +55,16 @@ interface Option {
   readonly allow: (value: number) => boolean;
 }
 
+/** By number, from 1. */
+export const settings: readonly Setting[] = ["fast", "balanced", "exact", "fastest"];
 const within = (low: number, high: number) => (v: number) => v >= low && v <= high;
 const fraction = (v: number) => v >= 0 && v < 1;
 const edge = (v: number) => [0, 8, 16, 32, 64].includes(v);
-const settings = ["fast", "balanced", "exact", "fastest"];
 
 const common: readonly Option[] = [
   { name: "band", field: 1, type: "uint32", initial: 6, allow: within(0, 6) },
   { name: "maxLights", field: 2, type: "uint32", initial: 16, allow: within(0, 64) },
-  { name: "setting", field: 6, type: settings, initial: "balanced", allow: within(1, 4) },
+  { name: "setting", field: 6, type: settings, initial: "balanced", allow: within(1, settings.length) },
 ];
 const sections: readonly { name: EstimatorKind; field: number; options: readonly Option[] }[] = [
   {

@@ -1,11 +1,11 @@
-#include "relight/ray_scene.hpp"
+#include "rays/ray_scene.hpp"
 
 #include <cstring>
 #include <limits>
 
 #include <embree3/rtcore.h>
 
-namespace lightwell::relight {
+namespace lightwell::rays {
 namespace {
 
 RTCRay ray_of(Vec3f origin, Vec3f direction, float distance) {
@@ -51,7 +51,7 @@ Result<std::shared_ptr<const RayScene>> RayScene::make(std::span<const Vec3f> ve
                                                      3 * sizeof(std::uint32_t), indices.size() / 3);
     if (to_vertices == nullptr || to_indices == nullptr) {
       rtcReleaseGeometry(mesh);
-      return Status(StatusCode::resource_exhausted, "no memory for the subject's geometry");
+      return Status(StatusCode::resource_exhausted, "no memory for the geometry");
     }
     std::memcpy(to_vertices, vertices.data(), vertices.size_bytes());
     std::memcpy(to_indices, indices.data(), indices.size_bytes());
@@ -63,7 +63,7 @@ Result<std::shared_ptr<const RayScene>> RayScene::make(std::span<const Vec3f> ve
   rtcSetSceneFlags(out->scene_->scene, RTC_SCENE_FLAG_ROBUST);
   rtcCommitScene(out->scene_->scene);
   if (rtcGetDeviceError(out->scene_->device) != RTC_ERROR_NONE)
-    return Status(StatusCode::resource_exhausted, "Embree cannot build the subject's geometry: give fewer triangles");
+    return Status(StatusCode::resource_exhausted, "Embree cannot build the geometry: give fewer triangles");
   return std::shared_ptr<const RayScene>(std::move(out));
 }
 
@@ -80,6 +80,39 @@ std::optional<RayScene::Hit> RayScene::first_hit(Vec3f origin, Vec3f direction) 
   return Hit{query.ray.tfar, dot(normal, direction) > 0 ? -normal : normal};
 }
 
+void RayScene::first_hits(Vec3f origin, std::span<const Vec3f, kLanes> directions, Hits& out) const {
+  constexpr float kNearest_m = 1e-4F;
+  alignas(64) std::array<int, kLanes> valid;
+  valid.fill(-1);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  RTCRayHit16 rays;
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    const Vec3f& d = directions[k];
+    rays.ray.org_x[k] = origin.x;
+    rays.ray.org_y[k] = origin.y;
+    rays.ray.org_z[k] = origin.z;
+    rays.ray.dir_x[k] = d.x;
+    rays.ray.dir_y[k] = d.y;
+    rays.ray.dir_z[k] = d.z;
+    rays.ray.tnear[k] = kNearest_m;
+    rays.ray.tfar[k] = std::numeric_limits<float>::infinity();
+    rays.ray.time[k] = 0;
+    rays.ray.mask[k] = 0xFFFFFFFF;
+    rays.ray.id[k] = 0;
+    rays.ray.flags[k] = 0;
+    rays.hit.geomID[k] = RTC_INVALID_GEOMETRY_ID;
+    rays.hit.primID[k] = RTC_INVALID_GEOMETRY_ID;
+    rays.hit.instID[0][k] = RTC_INVALID_GEOMETRY_ID;
+  }
+  rtcIntersect16(valid.data(), scene_->scene, &context, &rays);
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    out.triangle[k] = rays.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID ? kNoTriangle : rays.hit.primID[k];
+    out.u[k] = rays.hit.u[k];
+    out.v[k] = rays.hit.v[k];
+  }
+}
+
 bool RayScene::occluded(Vec3f origin, Vec3f direction, float distance) const {
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
@@ -88,4 +121,4 @@ bool RayScene::occluded(Vec3f origin, Vec3f direction, float distance) const {
   return ray.tfar < 0;
 }
 
-}  // namespace lightwell::relight
+}  // namespace lightwell::rays
