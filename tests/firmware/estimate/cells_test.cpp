@@ -82,6 +82,31 @@ TEST(CellGrid, UsesTheCentroidOverride) {
   EXPECT_GT(std::abs(p.c[3][0] - q.c[3][0]) + std::abs(p.c[1][0] - q.c[1][0]), 0.003);
 }
 
+TEST(CellGrid, APartOfTheCellsMayHaveACentroidEach) {
+  std::vector<Vec3d> directions;
+  const CellGrid grid = grid_of(2000, directions, [](const reference::V3&) { return true; });
+  std::vector<CellSum> sums(grid.size());
+  std::vector<CellGrid::CentroidOverride> overrides;
+  constexpr std::uint32_t kFirst = 300, kEnd = kFirst + CellGrid::kMaxCellsInFloat;
+  CellGrid::Totals truth{};
+  for (std::uint32_t cell = kFirst; cell < kEnd; ++cell) {
+    sums[cell] = {1, 0.5F, static_cast<float>(cell % 7)};
+    const Vec3d centroid = normalized(directions[cell] + Vec3d{0.01, -0.02, 0.01});
+    overrides.push_back({cell, centroid});
+    const auto basis = reference::harmonics({centroid.x, centroid.y, centroid.z}, 4);
+    for (std::size_t i = 0; i < basis.size(); ++i) {
+      truth[0][i] += basis[i];
+      truth[1][i] += 0.5 * basis[i];
+      truth[2][i] += (cell % 7) * basis[i];
+    }
+  }
+  CellGrid::PartialTotals part;
+  grid.add(kFirst, kEnd, sums, overrides, part);
+  // Sums in float of 256 terms of up to 6.
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t i = 0; i < 25; ++i) EXPECT_NEAR(part.c[k][i], truth[k][i], 2e-3) << k << " " << i;
+}
+
 TEST(CellGrid, WithoutCellsGivesZero) {
   CellGrid grid;
   grid.finish();
