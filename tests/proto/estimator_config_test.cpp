@@ -72,6 +72,7 @@ TEST(EstimatorConfig, FieldsRoundTripThroughText) {
   c.panorama.epsilon = 0.1 + 0.2;
   c.panorama.smoothing = Smoothing::none;
   c.panorama.interleave = 8;
+  c.panorama.max_bytes = 128;
   c.marker.max_faces = 3;
   c.specular.environment_edge = 64;
   EstimatorUpdate read;
@@ -181,7 +182,7 @@ TEST(EstimatorConfig, AnEstimatorAnswersWhichOptionsItHas) {
   for (const ConfigField& field : fields_of({EstimatorKind::marker, {}})) names.push_back(field.name);
   EXPECT_EQ(names, (std::vector<std::string>{"band", "max_lights", "setting", "marker.decimation",
                                              "marker.search_decimation", "marker.max_faces"}));
-  EXPECT_EQ(fields_of({EstimatorKind::panorama, {}}).size(), 11U);
+  EXPECT_EQ(fields_of({EstimatorKind::panorama, {}}).size(), 12U);
   names.clear();
   for (const ConfigField& field : fields_of({EstimatorKind::specular, {}})) names.push_back(field.name);
   EXPECT_EQ(names, (std::vector<std::string>{"band", "max_lights", "setting", "specular.environment_edge"}));

@@ -1,4 +1,5 @@
-// Selects the lights and the last SH band of a descriptor: the fewest bytes with a predicted error within the limits.
+// Selects the lights, the last SH band and the rounding of a descriptor: the fewest bytes with a predicted error within
+// the limits, or the least error within a number of bytes.
 #pragma once
 
 #include <cstdint>
@@ -18,6 +19,8 @@ struct OptimizerOptions {
   double epsilon = 0.01;  ///< Limit of the relative RMS error of irradiance; 0: all lights and bands allowed above.
   double radiance_epsilon = 0;   ///< Limit for radiance(d, roughness 0.5); 0: no limit.
   double independent_error = 0;  ///< Expected relative RMS error of irradiance by all other causes (one sigma).
+  std::size_t max_bytes =
+      0;  ///< Of lights and residual (lightwell/wire_size.hpp), at least kMaxBand0Bytes; 0: no limit.
 };
 
 /// The part of the descriptor that is not lights, and its error.
@@ -40,7 +43,9 @@ class DescriptorOptimizer {
   [[nodiscard]] int max_lights_to_find(const Projection& scene, const Light* brightest, const OptimizerOptions& limits);
 
   /// Selects lights from `candidates` (strongest first) and fills `out` with the rest of the scene.
-  /// candidates[required] is always selected; -1: none. Compares with the previous selection by track.
+  /// candidates[required] is always selected; -1: none. Compares with the previous selection by track. If the result
+  /// takes more than limits.max_bytes, it is replaced by the selection with the least predicted error in max_bytes,
+  /// which has candidates[required] only where that is less.
   void optimize(const Projection& scene, std::span<const Light> candidates, int required,
                 const OptimizerOptions& limits, std::vector<Light>& selected, OptimizedDescriptor& out);
 
@@ -53,6 +58,7 @@ class DescriptorOptimizer {
     std::size_t lights = 0;
     int band = 0;
     double bytes = 0, error_ratio = 0;  ///< `error_ratio`: the largest ratio of a predicted error to its limit.
+    float step = 0;                     ///< As OptimizedDescriptor::step.
   };
 
   /// RMS of the scene, the denominator of relative errors.
@@ -76,6 +82,17 @@ class DescriptorOptimizer {
                                                    const BasisRow& shape, float inverse_mean_square) const;
   void order_lights(std::span<const Light> candidates, int required, std::size_t most, float inverse_mean_square);
   [[nodiscard]] bool was_selected(std::uint32_t track) const;
+  /// Whether the first `count` of the ordered lights are the previous selection.
+  [[nodiscard]] bool were_selected(std::span<const Light> candidates, std::size_t count) const;
+  /// The fewest bytes whose errors are within their limits. Requires limits.epsilon > 0 and order_lights().
+  [[nodiscard]] Configuration fewest_bytes(std::span<const Light> candidates, int required,
+                                           const OptimizerOptions& limits, const ReferenceRms& reference) const;
+  /// The least error within limits.max_bytes. Requires order_lights().
+  [[nodiscard]] Configuration least_error(std::span<const Light> candidates, const OptimizerOptions& limits,
+                                          const ReferenceRms& reference) const;
+  /// Upper limit of the bytes of a configuration's lights and residual on the wire.
+  [[nodiscard]] std::size_t wire_bytes(std::span<const Light> candidates, const Configuration& configuration,
+                                       const OptimizerOptions& limits) const;
 
   std::vector<BasisRow> shapes_;
   std::vector<ResidualSh> residuals_;  ///< After subtraction of 0, 1, 2, ... lights.

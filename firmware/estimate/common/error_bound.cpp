@@ -31,17 +31,6 @@ double edge_error(double samples) {
   return kChromaEdgeError * share;
 }
 
-/// RMS change of the irradiance by three sigma of the lights' directions. Rotating a light of irradiance E by delta
-/// changes the irradiance by E delta times the slope of a clipped cosine, whose mean square over all normals is 1/6.
-IrradianceRms direction_error_rms(std::span<const Light> lights) {
-  double squares[3] = {};
-  for (const Light& light : lights) {
-    const double direction_variance = light.direction_covariance[0] + light.direction_covariance[2];
-    for (int k = 0; k < 3; ++k) squares[k] += 9 * direction_variance / 6 * light.irradiance[k] * light.irradiance[k];
-  }
-  return rms(squares);
-}
-
 }  // namespace
 
 double chroma_edge_error(const double (&irradiance)[3], double samples, std::span<const CellSum> scene) {
@@ -57,6 +46,17 @@ double chroma_edge_error(const double (&irradiance)[3], double samples, std::spa
 
 double mosaic_edge_error(const double (&irradiance)[3], double samples) {
   return edge_error(samples) * (kMosaicEdgeRatio * luminance_of(irradiance[0], irradiance[1], irradiance[2]));
+}
+
+IrradianceRms direction_error_rms(std::span<const Light> lights) {
+  // Rotating a light of irradiance E by delta changes the irradiance by E delta times the slope of a clipped cosine,
+  // whose mean square over all normals is 1/6.
+  double squares[3] = {};
+  for (const Light& light : lights) {
+    const double direction_variance = light.direction_covariance[0] + light.direction_covariance[2];
+    for (int k = 0; k < 3; ++k) squares[k] += 9 * direction_variance / 6 * light.irradiance[k] * light.irradiance[k];
+  }
+  return rms(squares);
 }
 
 double noise_rms(const IntegrationErrors& errors) {

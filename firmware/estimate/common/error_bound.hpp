@@ -27,6 +27,9 @@ struct IntegrationErrors {
 /// The same for a light that covers `samples` quads of a Bayer mosaic.
 [[nodiscard]] double mosaic_edge_error(const double (&irradiance)[3], double samples);
 
+/// RMS change of the irradiance by three sigma of the lights' directions.
+[[nodiscard]] IrradianceRms direction_error_rms(std::span<const Light> lights);
+
 /// RMS over all normals of the irradiance by independent noise of pixels: one sigma, in the units of the sums.
 [[nodiscard]] double noise_rms(const IntegrationErrors& errors);
 

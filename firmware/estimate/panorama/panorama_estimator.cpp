@@ -13,6 +13,7 @@
 #include "estimate/common/environment_updates.hpp"
 #include "estimate/common/error_bound.hpp"
 #include "estimate/common/light_tracker.hpp"
+#include "estimate/common/size_budget.hpp"
 #include "estimate/common/smoother.hpp"
 #include "estimate/frames/flicker.hpp"
 #include "estimate/frames/row_reader.hpp"
@@ -277,15 +278,22 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
     smoothed = smoother_.apply(scene, lights_, out.time.mid_exposure, noise_rms(integration_errors) * scale_.factor);
 
   const RelativeErrors errors = relative_errors(scene, integration_errors, scale_.factor, constant_sampling_);
-  optimizer_.optimize(scene, lights_, required, limits(errors), out.lights, optimized_);
+  describe_measurement(integral, scene, scale_.factor, errors, out);
+  out.flicker = detect_flicker(bracket, integral);
+  OptimizerOptions limits = this->limits(errors);
+  SizeBudget budget;
+  if (limits.max_bytes > 0) {
+    budget = divide_bytes(limits.max_bytes, out, largest_bound(out.flags, errors, lights_, smoothed));
+    limits.max_bytes = budget.lights_and_radiance;
+  }
+  optimizer_.optimize(scene, lights_, required, limits, out.lights, optimized_);
 
   out.radiance = optimized_.residual;
   out.radiance_step = optimized_.step;
-  describe_measurement(integral, scene, scale_.factor, errors, out);
-  out.flicker = detect_flicker(bracket, integral);
   update_map(integral, bracket.size(), found, out);
   const double recovery_uncertainty = recover_clipped(out);
   out.bound = error_bound(out, errors, optimized_, smoothed, recovery_uncertainty);
+  if (limits.max_bytes > 0) limit_size(budget.bound, out.bound);
   return {};
 }
 
@@ -337,8 +345,12 @@ void PanoramaEstimator::watch_lights(const BlockSums& blocks, const DetectedLigh
 }
 
 OptimizerOptions PanoramaEstimator::limits(const RelativeErrors& errors) const {
-  return {config_.band, config_.max_lights, config_.panorama.epsilon, config_.panorama.radiance_epsilon,
-          errors.expected()};
+  return {config_.band,
+          config_.max_lights,
+          config_.panorama.epsilon,
+          config_.panorama.radiance_epsilon,
+          errors.expected(),
+          static_cast<std::size_t>(config_.panorama.max_bytes)};
 }
 
 Flicker PanoramaEstimator::detect_flicker(std::span<const Frame> bracket, const FrameIntegral& integral) {

@@ -34,7 +34,7 @@ namespace Lightwell
         private const string Library = "lightwell";
 
         /// <summary>LW_ABI_VERSION of the header for which this file is written.</summary>
-        private const uint AbiVersion = 0x00010008;
+        private const uint AbiVersion = 0x00010009;
 
         internal static readonly uint SizeOfAnswer = (uint)Marshal.SizeOf(typeof(Answer));
         internal static readonly uint SizeOfLightingInfo = (uint)Marshal.SizeOf(typeof(LightingInfo));

@@ -186,7 +186,8 @@ namespace Lightwell
         public int SpecularEnvironmentEdge;
         /// <summary>Option of the panorama estimator: 1 to 16.</summary>
         public int Interleave;
-        private int reserved2;
+        /// <summary>Option of the panorama estimator: 0 (no limit), or at least 96.</summary>
+        public int MaxBytes;
 
         public static EstimatorConfig Defaults() =>
             Native.Filled(Sized(), (ref EstimatorConfig config) => Native.lw_estimator_config_defaults(ref config));
@@ -202,7 +203,7 @@ namespace Lightwell
         public int? Band, MaxLights, Setting, Unseen, Smoothing, EnvironmentEdge;
         public double? LightThreshold, Epsilon, RadianceEpsilon, EnvironmentRate;
         public double? MarkerDecimation, MarkerSearchDecimation;
-        public int? MarkerMaxFaces, SpecularEnvironmentEdge, Interleave;
+        public int? MarkerMaxFaces, SpecularEnvironmentEdge, Interleave, MaxBytes;
 
         /// <summary>Copies the fields that are set into `config`; returns their LW_FIELD_ bits.</summary>
         internal ulong Fill(ref EstimatorConfig config) =>
@@ -216,7 +217,7 @@ namespace Lightwell
             Put(MarkerSearchDecimation, 11, ref config.MarkerSearchDecimation) |
             Put(MarkerMaxFaces, 12, ref config.MarkerMaxFaces) |
             Put(SpecularEnvironmentEdge, 13, ref config.SpecularEnvironmentEdge) |
-            Put(Interleave, 14, ref config.Interleave);
+            Put(Interleave, 14, ref config.Interleave) | Put(MaxBytes, 15, ref config.MaxBytes);
 
         private static ulong Put<T>(T? value, int bit, ref T field) where T : struct
         {

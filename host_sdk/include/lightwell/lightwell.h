@@ -35,7 +35,7 @@ extern "C" {
 #endif
 
 /* Of this header. The upper 16 bits (and the SONAME) change with incompatible changes, the lower 16 with additions. */
-#define LW_ABI_VERSION 0x00010008
+#define LW_ABI_VERSION 0x00010009
 
 #define LW_ZERO_TERMINATED SIZE_MAX /* As a length: the text ends with a zero byte. */
 
@@ -198,7 +198,7 @@ typedef struct lw_estimator_config {
   int32_t marker_max_faces;
   int32_t specular_environment_edge; /* Of the specular estimator only. 0, 8, 16, 32 or 64. */
   int32_t interleave;                /* Of the panorama estimator only. 1 to 16. Since LW_ABI_VERSION 0x00010008. */
-  int32_t reserved_2;                /* 0. */
+  int32_t max_bytes; /* Of the panorama estimator only. 0, or at least 96. Since LW_ABI_VERSION 0x00010009. */
 } lw_estimator_config;
 
 /* Fields of lw_estimator_config, for lw_probe_change_estimator. */
@@ -217,7 +217,8 @@ enum {
   LW_FIELD_MARKER_SEARCH_DECIMATION = 1 << 11,
   LW_FIELD_MARKER_MAX_FACES = 1 << 12,
   LW_FIELD_SPECULAR_ENVIRONMENT_EDGE = 1 << 13,
-  LW_FIELD_INTERLEAVE = 1 << 14
+  LW_FIELD_INTERLEAVE = 1 << 14,
+  LW_FIELD_MAX_BYTES = 1 << 15
 };
 
 typedef int32_t lw_estimator_kind; /* What light is estimated from. */

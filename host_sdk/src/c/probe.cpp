@@ -103,6 +103,8 @@ constexpr auto kConfigMembers = std::tuple{
                  [](auto& s) -> decltype(auto) { return (s.specular.environment_edge); }},
     ConfigMember{LW_FIELD_INTERLEAVE, "interleave", &lw_estimator_config::interleave,
                  [](auto& s) -> decltype(auto) { return (s.panorama.interleave); }},
+    ConfigMember{LW_FIELD_MAX_BYTES, "max_bytes", &lw_estimator_config::max_bytes,
+                 [](auto& s) -> decltype(auto) { return (s.panorama.max_bytes); }},
 };
 
 template <class Visit>

@@ -30,6 +30,8 @@ inline constexpr std::array kEstimatorKinds = {EstimatorKind::panorama, Estimato
 [[nodiscard]] std::string_view to_string(EstimatorKind kind);
 
 inline constexpr int kMaxInterleave = 16;
+/// The least panorama.max_bytes. It holds band 0 and the total of the bound beside any header of a panorama.
+inline constexpr int kMinMaxBytes = 96;
 
 /// Options of the panorama estimator. Meanings and defaults: config.proto.
 struct PanoramaEstimatorConfig {
@@ -41,6 +43,7 @@ struct PanoramaEstimatorConfig {
   int environment_edge = 0;
   double environment_rate = 5;
   int interleave = 1;
+  int max_bytes = 0;
 
   friend bool operator==(const PanoramaEstimatorConfig&, const PanoramaEstimatorConfig&) = default;
 };
@@ -92,6 +95,7 @@ struct EstimatorUpdate {
     std::optional<int> environment_edge{};
     std::optional<double> environment_rate{};
     std::optional<int> interleave{};
+    std::optional<int> max_bytes{};
 
     friend bool operator==(const Panorama&, const Panorama&) = default;
   };

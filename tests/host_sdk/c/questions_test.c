@@ -174,7 +174,8 @@ static void changes_name_their_fields(lw_probe* probe) {
                  {LW_FIELD_MARKER_SEARCH_DECIMATION, "marker.search_decimation"},
                  {LW_FIELD_MARKER_MAX_FACES, "marker.max_faces"},
                  {LW_FIELD_SPECULAR_ENVIRONMENT_EDGE, "specular.environment_edge"},
-                 {LW_FIELD_INTERLEAVE, "panorama.interleave"}};
+                 {LW_FIELD_INTERLEAVE, "panorama.interleave"},
+                 {LW_FIELD_MAX_BYTES, "panorama.max_bytes"}};
   const lw_estimator_config wrong = {.size = sizeof wrong,
                                      .band = 9,
                                      .max_lights = -1,
@@ -190,7 +191,8 @@ static void changes_name_their_fields(lw_probe* probe) {
                                      .marker_search_decimation = 99,
                                      .marker_max_faces = -1,
                                      .specular_environment_edge = 7,
-                                     .interleave = 17};
+                                     .interleave = 17,
+                                     .max_bytes = 95};
   lw_estimator_config config = wrong, shorter;
   size_t k;
   for (k = 0; k < sizeof kFields / sizeof kFields[0]; ++k) {

@@ -305,7 +305,8 @@ internal static partial class LightwellTest
             { "marker.search_decimation", new EstimatorUpdate { MarkerSearchDecimation = 9 } },
             { "marker.max_faces", new EstimatorUpdate { MarkerMaxFaces = -1 } },
             { "specular.environment_edge", new EstimatorUpdate { SpecularEnvironmentEdge = 7 } },
-            { "interleave", new EstimatorUpdate { Interleave = 17 } }
+            { "interleave", new EstimatorUpdate { Interleave = 17 } },
+            { "max_bytes", new EstimatorUpdate { MaxBytes = 95 } }
         };
         foreach (var field in wrong)
             Check(Throws(Status.InvalidArgument, field.Key, () => probe.ChangeEstimator(field.Value)), field.Key);

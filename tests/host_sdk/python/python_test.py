@@ -281,7 +281,7 @@ class Errors(unittest.TestCase):
                     change(specular_environment_edge=7)
                 with self.raises(Status.FAILED_PRECONDITION, "recording"):
                     change(setting="fastest", unseen=lightwell.UnseenFill.MIRROR, marker_max_faces=3,
-                           specular_environment_edge=64, interleave=8)
+                           specular_environment_edge=64, interleave=8, max_bytes=128)
             with self.raises(Status.INVALID_ARGUMENT, "no field"):
                 probe.change_estimator()
             with self.raises(Status.FAILED_PRECONDITION, "recording"):

@@ -250,7 +250,7 @@ test("the configuration is read and changed, and the probe's error comes back", 
   assert.deepEqual(state.config, {
     band: 4, maxLights: 3, setting: "fast",
     panorama: { lightThreshold: 7, epsilon: 0.02, radianceEpsilon: 0, unseenFill: "mirror", smoothing: "none",
-                environmentEdge: 32, environmentRate: 2, interleave: 4 },
+                environmentEdge: 32, environmentRate: 2, interleave: 4, maxBytes: 128 },
     marker: { decimation: 0, searchDecimation: 1, maxFaces: 0 }, specular: { environmentEdge: 0 },
   });
   const update = { setting: "exact", panorama: { epsilon: 0.05, unseenFill: "average" }, marker: { maxFaces: 300 } };

@@ -33,7 +33,7 @@ export const descriptor = (sequence, midExposureNs = 1_000_000n * BigInt(sequenc
 
 const config = "kind: ESTIMATOR_KIND_PANORAMA estimator { band: 4 max_lights: 3 setting: SETTING_FAST " +
   "panorama { light_threshold: 7 epsilon: 0.02 radiance_epsilon: 0 unseen_fill: UNSEEN_FILL_MIRROR " +
-  "smoothing: SMOOTHING_NONE environment_edge: 32 environment_rate: 2 interleave: 4 } " +
+  "smoothing: SMOOTHING_NONE environment_edge: 32 environment_rate: 2 interleave: 4 max_bytes: 128 } " +
   "marker { decimation: 0 search_decimation: 1 max_faces: 0 } specular { environment_edge: 0 } }";
 const clockMark = 0x1122334455667788n;
 const response = (id, text) => encode("LinkResponse", `id: ${id} ${text}`);

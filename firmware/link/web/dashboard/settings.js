@@ -47,6 +47,11 @@ const fields = [
     min: 1, max: 16, step: 1,
   },
   {
+    section: "panorama", name: "maxBytes", label: "Longest message, bytes",
+    help: "0: no limit. From 96; without maps. Shorter: larger error.",
+    min: 0, step: 1,
+  },
+  {
     section: "marker", name: "decimation", label: "Decimation where expected",
     help: "0: by the tags' size. Larger: faster, less exact.",
     min: 0, max: 8, step: "any",

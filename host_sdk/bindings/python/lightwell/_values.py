@@ -298,8 +298,9 @@ class EstimatorConfig:
     marker_max_faces: int
     # Option of the specular estimator.
     specular_environment_edge: int
-    # Option of the panorama estimator, of newer probes.
+    # Options of the panorama estimator, of newer probes.
     interleave: int
+    max_bytes: int
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ export interface EstimatorConfig {
     environmentEdge: number;
     environmentRate: number;
     interleave: number;
+    maxBytes: number;
   };
   marker: { decimation: number; searchDecimation: number; maxFaces: number };
   specular: { environmentEdge: number };
@@ -77,6 +78,7 @@ const sections: readonly { name: EstimatorKind; field: number; options: readonly
       { name: "environmentEdge", field: 6, type: "uint32", initial: 0, allow: edge },
       { name: "environmentRate", field: 7, type: "double", initial: 5, allow: (v) => v > 0 && v < Infinity },
       { name: "interleave", field: 8, type: "uint32", initial: 1, allow: within(1, 16) },
+      { name: "maxBytes", field: 9, type: "uint32", initial: 0, allow: (v) => v === 0 || within(96, 2 ** 31 - 1)(v) },
     ],
   },
   {
