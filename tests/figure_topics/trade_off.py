@@ -1,13 +1,14 @@
-"""Topic trade_off: what a cheaper frame costs in accuracy: interleaved sampling of the panorama estimator
-(panorama.interleave) and its cheapest setting, fastest (firmware/estimate/README.md). Motions, exposures and scenes are
-in tests/measure/measure_interleave.cpp.
+"""Topic trade_off: what a cheaper frame and a shorter message cost in accuracy: interleaved sampling of the panorama
+estimator (panorama.interleave), its cheapest setting, fastest, and the limit of a descriptor's size
+(panorama.max_bytes; firmware/estimate/README.md). Motions, exposures, scenes and sizes are in
+tests/measure/measure_interleave.cpp and measure_bytes.cpp.
 """
 
 from figure_topics import aarch64
 from figure_topics.programs import rows_of_program
-from figure_topics.rows import at_least, at_most, known_short, reported
+from figure_topics.rows import at_least, at_most, equals, known_short, reported
 
-TARGETS = ["measure_interleave"]
+TARGETS = ["measure_bytes", "measure_interleave"]
 ALL_PANORAMAS = True
 # What is asked of the cheapest setting at rest, in the cases that have no change.
 CHEAPEST = "fastest"
@@ -23,6 +24,7 @@ SHORT = "brackets", "bayer12"
 SHORT_REASON = "a lamp as small as a pixel of a mosaic, as in whole frames at exact"
 COUNTED = {"rgb8_linear": "linear RGB8", "rgb8": "sRGB RGB8", "bayer8": "Bayer8", "nv12": "NV12", "yuyv": "YUYV"}
 FORMATS = {"bayer12": "Bayer12", "rgb8": "RGB8"}
+BYTES_FORMATS = ("rgb_f32", "rgb8")
 SETTINGS = ("fastest", "fast", "balanced", "exact")
 INTERLEAVES = (2, 4, 8)
 # Frames of the two counted runs: whole rotations of 16; of whole frames fewer are enough.
@@ -72,6 +74,34 @@ def interleave_rows(line):
     return rows
 
 
+def bytes_rows(line):
+    size = line["max_bytes"]
+    limit = f"at most {size} bytes" if size else "no limit of bytes"
+    sensor = "ideal" if line["format"] == "rgb_f32" else "8-bit RGB, brackets of three"
+    what = f"{line['setting']}, {limit}, {sensor}: "
+    real = f"{line['frames']} real panoramas, 2 x 640x480, {line['flagged']} flagged"
+    judged = line["frames"] - line["flagged"]
+    rows = [at_most(what + "longest message", size, line["largest_bytes"], "B", real)] if size else []
+    rows += [reported(what + "size, mean", line["mean_bytes"], "B", real),
+             reported(what + "error of the irradiance, median", 100 * line["median_error"], "%", real),
+             reported(what + "error of the irradiance, largest", 100 * line["worst_error"], "%", real),
+             reported(what + "bound, median", 100 * line["median_bound"], "%", real),
+             reported(what + "bound, largest", 100 * line["worst_bound"], "%", real),
+             equals(what + "frames within the bound", judged, line["held"], "", real),
+             reported(what + "fields beside lights and harmonics, median", line["median_fixed"], "B", real),
+             reported(what + "fields beside lights and harmonics, largest", line["largest_fixed"], "B", real)]
+    if "same_mean" in line:
+        alone, own = line["same_mean"], line["same_size"]
+        at = f"epsilon {100 * alone['epsilon']:.2g} % alone, {alone['mean_bytes']:.0f} B in the mean"
+        rows += [at_most(what + f"median error against {at}", 100 * alone["median_error"], 100 * line["median_error"],
+                         "%", real),
+                 reported(what + f"largest error of {at}", 100 * alone["worst_error"], "%", real),
+                 at_most(what + "error by that of the best epsilon of each panorama in this size, median", 1,
+                         own["median_ratio"], "x", f"{real}, {own['no_epsilon']} without such an epsilon"),
+                 reported(what + "the same, largest", own["worst_ratio"], "x", real)]
+    return rows
+
+
 def counted_rows(say):
     folder, _ = aarch64.build(["measure_instructions"], say)
 
@@ -101,6 +131,8 @@ def counted_rows(say):
 
 
 def measure(programs, say):
+    for name in BYTES_FORMATS:
+        yield from rows_of_program([programs / "measure_bytes", "--format", name], bytes_rows, say)
     yield from rows_of_program([programs / "measure_interleave"], interleave_rows, say)
     yield from rows_of_program([programs / "measure_interleave", "--case", "brackets", "--format", "rgb8"],
                                interleave_rows, say)
