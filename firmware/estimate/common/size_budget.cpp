@@ -10,7 +10,9 @@ namespace lightwell::estimate {
 SizeBudget divide_bytes(std::size_t max_bytes, const Descriptor& descriptor, const ErrorBound& largest) {
   const std::size_t rest = max_bytes - std::min(max_bytes, max_header_bytes(descriptor));
   SizeBudget out{max_bound_bytes(largest), 0};
-  if (out.bound + kMaxBand0Bytes > rest) out.bound = max_bound_bytes({.total = std::numeric_limits<float>::infinity()});
+  // Bands 0 to 2 hold nine tenths of the irradiance: 27 mantissas of one byte.
+  if (out.bound + max_radiance_bytes(3 * sh_count(2), 0) > rest)
+    out.bound = max_bound_bytes({.total = std::numeric_limits<float>::infinity()});
   out.lights_and_radiance = rest - std::min(rest, out.bound);
   return out;
 }

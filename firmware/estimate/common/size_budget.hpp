@@ -17,8 +17,8 @@ struct SizeBudget {
 };
 
 /// The bytes of a descriptor whose header and flags are set. `max_bytes`: at least kMinMaxBytes, without the map.
-/// `largest`: the bound, whose values are at least those that are sent. Where its parts leave no room for band 0, only
-/// its total is counted.
+/// `largest`: the bound, whose values are at least those that are sent. Where its parts leave no room for bands 0 to
+/// 2, only its total is counted.
 [[nodiscard]] SizeBudget divide_bytes(std::size_t max_bytes, const Descriptor& descriptor, const ErrorBound& largest);
 
 /// Limits of the bound of a descriptor before its lights, out of `candidates`, and its bands are chosen: without a loss
