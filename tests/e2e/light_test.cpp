@@ -151,12 +151,14 @@ TEST_F(LightTest, TheToolReadsTheConfigurationAndChangesAFieldOfIt) {
   const auto [former, note] = run({"config", "set", uri, "panorama.unseen=none"});
   EXPECT_EQ(former, 0);
   EXPECT_THAT(note, ::testing::HasSubstr("is now called 'panorama.unseen_fill'"));
-  EXPECT_EQ(run({"config", "get", uri, "--json"}),
-            (std::pair{0, std::string("{\"estimator\":\"panorama\",\"band\":6,\"max_lights\":3,\"setting\":\"fast\","
-                                      "\"panorama.light_threshold\":6,\"panorama.epsilon\":0.0123456789,"
-                                      "\"panorama.radiance_epsilon\":0,\"panorama.unseen_fill\":\"none\","
-                                      "\"panorama.smoothing\":\"one_euro\",\"panorama.environment_edge\":0,"
-                                      "\"panorama.environment_rate\":5,\"panorama.interleave\":1}\n")}));
+  EXPECT_EQ(
+      run({"config", "get", uri, "--json"}),
+      (std::pair{
+          0, std::string("{\"estimator\":\"panorama\",\"band\":6,\"max_lights\":3,\"setting\":\"fast\","
+                         "\"panorama.light_threshold\":6,\"panorama.epsilon\":0.0123456789,"
+                         "\"panorama.radiance_epsilon\":0,\"panorama.unseen_fill\":\"none\","
+                         "\"panorama.smoothing\":\"one_euro\",\"panorama.environment_edge\":0,"
+                         "\"panorama.environment_rate\":5,\"panorama.interleave\":1,\"panorama.max_bytes\":0}\n")}));
   const auto [code, text] = run({"config", "get", uri});
   EXPECT_EQ(code, 0);
   EXPECT_THAT(text, ::testing::StartsWith("# estimator: panorama\nband=6\nmax_lights=3\n"));

@@ -19,8 +19,8 @@ struct OptimizerOptions {
   double epsilon = 0.01;  ///< Limit of the relative RMS error of irradiance; 0: all lights and bands allowed above.
   double radiance_epsilon = 0;   ///< Limit for radiance(d, roughness 0.5); 0: no limit.
   double independent_error = 0;  ///< Expected relative RMS error of irradiance by all other causes (one sigma).
-  std::size_t max_bytes =
-      0;  ///< Of lights and residual (lightwell/wire_size.hpp), at least kMaxBand0Bytes; 0: no limit.
+  /// Of lights and residual (lightwell/wire_size.hpp), at least kMaxBand0Bytes; 0: no limit.
+  std::size_t max_bytes = 0;
 };
 
 /// The part of the descriptor that is not lights, and its error.

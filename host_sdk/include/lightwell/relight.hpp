@@ -215,4 +215,22 @@ struct IndirectLight {
 [[nodiscard]] Result<std::vector<RgbFactor>> basis_weights(std::span<const Radiance> panorama, int columns, int rows,
                                                            std::span<const BasisLight> basis, Vec3d at);
 
+/// Light at a place in the terms of AlphaMaps::compute().
+struct PlaceLights {
+  std::vector<PatternLight> patterns;  ///< White lamps of known distance, whose light varies over the subject.
+  std::vector<RgbFactor> weights;      ///< Of all other light, as basis_weights().
+  /// Indices in Lighting::lights() of lamps of known distance that are in `weights` because they are nearer to the
+  /// subject's centre than 1.2 times its radius, or beyond AlphaMaps::kMaxPatterns.
+  std::vector<std::size_t> left_in_weights;
+};
+
+/// As basis_weights(), but a lamp of known distance becomes a pattern, so that its irradiance, direction and shadow are
+/// those of each pixel's point: LightField::at() gives such lamps, and a probe that knows their distance. Lamps beyond
+/// 100 times the subject's radius stay weights; their irradiance differs over the subject by less than 2 %. Holds for
+/// the lighting's lamps as its origin sees them: take that at the subject. failed_precondition, invalid_argument as
+/// basis_weights(), which takes the mean of the subject's points as `at`; also for a subject without geometry.
+[[nodiscard]] Result<PlaceLights> place_lights(const Lighting& lighting, const Pose& T_world_lighting,
+                                               std::span<const BasisLight> basis, const RelightSubject& subject,
+                                               int residual_directions = 512);
+
 }  // namespace lightwell

@@ -1,6 +1,8 @@
 // Constant weights of the basis lights for distant light.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 #include <string>
 #include <utility>
 
@@ -68,11 +70,41 @@ Irradiance from(const Radiance& radiance, double solid_angle) {
   return {radiance.r * k, radiance.g * k, radiance.b * k};
 }
 
-}  // namespace
-}  // namespace relight
+/// PlaceLights: in radii of the subject, the least distance of a pattern and the largest.
+constexpr double kNearestRadii = 1.2, kDistantRadii = 100;
+/// A picture of a lamp. Towards its edge it is filtered with the black outside; the subject has the middle half.
+constexpr int kLampTexels = 4;
+constexpr std::array<RgbFactor, std::size_t{kLampTexels}* kLampTexels> kWhite = [] {
+  std::array<RgbFactor, std::size_t{kLampTexels} * kLampTexels> out{};
+  out.fill({1, 1, 1});
+  return out;
+}();
 
-Result<std::vector<RgbFactor>> basis_weights(const Lighting& lighting, const Pose& T_world_lighting,
-                                             std::span<const BasisLight> basis, Vec3d at, int residual_directions) {
+/// Turns +Z to a unit direction by the shortest arc.
+Quat rotation_of_z_to(Vec3d d) {
+  // Opposite: half a turn about any axis across.
+  return d.z > -1 + 1e-12 ? Quat{-d.y, d.x, 0, 1 + d.z}.normalized() : Quat{1, 0, 0, 0};
+}
+
+/// A lamp that shines on the ball of `radius` around `centre`, from outside of it.
+PatternLight lamp(Vec3d position, Vec3d centre, double radius, const Irradiance& intensity) {
+  const Vec3d to_lamp = position - centre;
+  const double sine = radius / length(to_lamp);
+  PatternLight out;
+  out.T_world_light = {rotation_of_z_to(normalized(to_lamp)), position};
+  out.field_of_view_rad = 2 * std::atan(2 * sine / std::sqrt(1 - sine * sine));
+  out.columns = out.rows = kLampTexels;
+  out.picture = kWhite;
+  out.irradiance = intensity;
+  return out;
+}
+
+/// basis_weights() without the lights of known distance that `takes` takes: its arguments are the light's index, its
+/// position in the world, m, and its irradiance 1 m away.
+template <class Takes>
+Result<std::vector<RgbFactor>> weights_of(const Lighting& lighting, const Pose& T_world_lighting,
+                                          std::span<const BasisLight> basis, Vec3d at, int residual_directions,
+                                          const Takes& takes) {
   if (lighting.validity() != Validity::valid && lighting.validity() != Validity::stale)
     return Status(
         StatusCode::failed_precondition,
@@ -82,15 +114,20 @@ Result<std::vector<RgbFactor>> basis_weights(const Lighting& lighting, const Pos
   const Quat& q = T_world_lighting.rotation;
   if (!is_finite(T_world_lighting.translation) || !(std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) < 1e-6))
     return invalid_argument("T_world_lighting is not finite, or its rotation no unit quaternion");
-  auto sum = relight::WeightSum::make(basis, at);
+  auto sum = WeightSum::make(basis, at);
   if (!sum) return sum.status();
   const Vec3d origin = lighting.origin().translation, here = transformed(inverse(T_world_lighting), at);
+  std::size_t index = 0;
   for (const Light& light : lighting.lights()) {
+    const std::size_t number = index++;
     Vec3d towards = vec_cast<double>(light.direction);
     double falloff = 1;
     if (const auto position = lighting.position(light)) {
+      const double squared = dot(*position - origin, *position - origin);
+      if (takes(number, transformed(T_world_lighting, *position), light.irradiance * static_cast<float>(squared)))
+        continue;
       towards = *position - here;
-      falloff = dot(*position - origin, *position - origin) / dot(towards, towards);
+      falloff = squared / dot(towards, towards);
       if (!std::isfinite(falloff))
         return invalid_argument("a light is at the subject's point: drop it or move the point");
     }
@@ -99,9 +136,45 @@ Result<std::vector<RgbFactor>> basis_weights(const Lighting& lighting, const Pos
   for (int i = 0; i < residual_directions; ++i) {
     const Vec3d towards = fibonacci_direction(i, residual_directions);
     const Radiance radiance = lighting.radiance(vec_cast<float>(towards), 0).value;
-    sum->add_part(rotate(q, towards), relight::from(radiance, 4 * std::numbers::pi / residual_directions));
+    sum->add_part(rotate(q, towards), from(radiance, 4 * std::numbers::pi / residual_directions));
   }
   return sum->take();
+}
+
+}  // namespace
+}  // namespace relight
+
+Result<std::vector<RgbFactor>> basis_weights(const Lighting& lighting, const Pose& T_world_lighting,
+                                             std::span<const BasisLight> basis, Vec3d at, int residual_directions) {
+  return relight::weights_of(lighting, T_world_lighting, basis, at, residual_directions,
+                             [](std::size_t, Vec3d, const Irradiance&) { return false; });
+}
+
+Result<PlaceLights> place_lights(const Lighting& lighting, const Pose& T_world_lighting,
+                                 std::span<const BasisLight> basis, const RelightSubject& subject,
+                                 int residual_directions) {
+  const relight::SubjectData& data = subject.data();
+  if (data.without_geometry == data.depth.size()) return invalid_argument("the subject has no geometry");
+  double radius = 0;
+  for (std::size_t pixel = 0; pixel < data.depth.size(); ++pixel)
+    if (data.has_geometry(pixel))
+      radius = std::max(radius, length(vec_cast<double>(data.positions[pixel]) - data.centre));
+  PlaceLights out;
+  auto weights = relight::weights_of(
+      lighting, T_world_lighting, basis, data.centre, residual_directions,
+      [&](std::size_t light, Vec3d position, const Irradiance& intensity) {
+        const double distance = length(position - data.centre);
+        if (distance > relight::kDistantRadii * radius) return false;
+        if (distance < relight::kNearestRadii * radius || out.patterns.size() == AlphaMaps::kMaxPatterns) {
+          out.left_in_weights.push_back(light);
+          return false;
+        }
+        out.patterns.push_back(relight::lamp(position, data.centre, radius, intensity));
+        return true;
+      });
+  if (!weights) return weights.status();
+  out.weights = std::move(*weights);
+  return out;
 }
 
 Result<std::vector<RgbFactor>> basis_weights(std::span<const Radiance> panorama, int columns, int rows,
