@@ -60,6 +60,7 @@ class Case(NamedTuple):
     main: bool  # Of the camera whose staircase is emphasised.
     named: bool
     on_front: bool
+    bound: float | None = None  # Percent; drawn as a dash above the point.
 
 
 Panel = namedtuple("Panel", "title cost error height knobs cases")  # The height in inches.
@@ -102,17 +103,20 @@ def pareto_figure(document):
         "Filled: on the front of time, bytes, error and bound, of one camera. Lines: the best for the cost.")
 
 
-def panels_figure(panels, title):
-    figure = Figure(figsize=(15, 1.2 + sum(panel.height for panel in panels)), dpi=100, layout="constrained")
+def panels_figure(panels, title, columns=1):
+    """Panels of a row have the height of its first."""
+    heights = [panel.height for panel in panels[::columns]]
+    figure = Figure(figsize=(15, 1.2 + sum(heights)), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
     figure.suptitle(title)
-    all_axes = figure.subplots(len(panels), squeeze=False, gridspec_kw={"height_ratios": [p.height for p in panels]})
-    for panel, axes in zip(panels, all_axes[:, 0]):
+    all_axes = figure.subplots(len(heights), columns, squeeze=False, gridspec_kw={"height_ratios": heights})
+    all_axes = list(all_axes.flat)
+    for panel, axes in zip(panels, all_axes):
         draw_panel(axes, panel)
     # The positions of labels depend on the layout, so it is computed once and kept.
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
-    for panel, axes in zip(panels, all_axes[:, 0]):
+    for panel, axes in zip(panels, all_axes):
         place_labels(axes, labels_of(axes, panel.cases))
     return figure
 
@@ -129,6 +133,9 @@ def draw_panel(axes, panel):
         axes.plot(np.repeat([case.cost for case in group], 2)[1:], np.repeat(least, 2)[:-1], color="#aaafbe",
                   linewidth=2.2 if group[0].main else 1.2, zorder=1)
     for case in panel.cases:
+        if case.bound:
+            axes.plot([case.cost] * 2, [case.error, case.bound], color=case.color, linewidth=0.8, alpha=0.4, zorder=0)
+            axes.plot(case.cost, case.bound, "_", color=case.color, markersize=9, alpha=0.6)
         axes.plot(case.cost, case.error, "o", color=case.color, markersize=8 if case.named else 6,
                   markerfacecolor=case.color if case.on_front else "white")
     used = {case.color for case in panel.cases}

@@ -1,14 +1,18 @@
 """Topic trade_off: what a cheaper frame and a shorter message cost in accuracy: interleaved sampling of the panorama
 estimator (panorama.interleave), its cheapest setting, fastest, and the limit of a descriptor's size
 (panorama.max_bytes; firmware/estimate/README.md). Motions, exposures, scenes and sizes are in
-tests/measure/measure_interleave.cpp and measure_bytes.cpp.
+tests/measure/measure_interleave.cpp and measure_bytes.cpp. At its end it draws these trades beside those of the marker
+and the plane to out/trade_off.png, which is firmware/estimate/trade_off.png.
 """
+import json
+import pathlib
+import subprocess
 
-from figure_topics import aarch64
+from figure_topics import aarch64, specular
 from figure_topics.programs import rows_of_program
-from figure_topics.rows import at_least, at_most, equals, known_short, reported
+from figure_topics.rows import at_least, at_most, equals, known_short, reported, row
 
-TARGETS = ["measure_bytes", "measure_interleave"]
+TARGETS = ["measure_bytes", "measure_interleave", "measure_marker_trade", "measure_specular"]
 ALL_PANORAMAS = True
 # What is asked of the cheapest setting at rest, in the cases that have no change.
 CHEAPEST = "fastest"
@@ -33,6 +37,8 @@ INTERLEAVES = (2, 4, 8)
 WORK = (33, 65)
 WHOLE_WORK = (3, 8)
 PIXELS = 1280 * 960
+# The points of the page: settings with interleave, of the choices of measure_interleave.
+PAGE_POINTS = (("fastest", 16), *(("balanced", n) for n in (1, 2, 4, 8, 16)), ("exact", 1), ("exact", 16))
 REAL = "city.exr, one lens of 1280x960, constant light, g++ -O3, qemu-user Cortex-A72"
 
 
@@ -106,7 +112,8 @@ def bytes_rows(line):
     return rows
 
 
-def counted_rows(say):
+def counter(say):
+    """A function of format, setting, options and work that gives the instructions of a pixel, or None."""
     folder, _ = aarch64.build(["measure_instructions"], say)
 
     def counted(name, setting, options, work):
@@ -115,6 +122,10 @@ def counted_rows(say):
             [folder / "measure_instructions", *options, "--frames", "{}", "single", name, setting], work)
         return value / PIXELS if value else None
 
+    return counted
+
+
+def counted_rows(counted):
     for name, text in COUNTED.items():
         value = {}
         for setting in SETTINGS:
@@ -134,10 +145,54 @@ def counted_rows(say):
                            "", REAL)
 
 
+def keeping(lines, program, rows_of):
+    """As `rows_of`; appends each line to `lines`, with the program's name."""
+    def rows(line):
+        lines.append({**line, "program": program})
+        return rows_of(line)
+
+    return rows
+
+
+def marker_rows(line):
+    if line["rms"] is None:
+        return []
+    return [reported(f"marker, {line['what']}: error of the irradiance, median", line["rms"], "",
+                     f"{line['memcpy_ratio']:.1f} times memcpy")]
+
+
+def page_rows(programs, counted, lines, say):
+    """Counts the points of the page, measures marker and plane, and draws them with the lines measured so far."""
+    for setting, interleave in PAGE_POINTS:
+        work = WHOLE_WORK if interleave == 1 else WORK
+        value = counted("rgb8", setting, ["--exposures", "3", "--interleave", str(interleave)], work)
+        yield reported(f"page: instructions a pixel of one exposure, RGB8, bracket of three, {setting}, {interleave}",
+                       value, "", REAL)
+        if value:
+            lines.append({"program": "measure_instructions", "setting": setting, "interleave": interleave,
+                          "per_pixel": value})
+
+    yield from rows_of_program([programs / "measure_marker_trade"], keeping(lines, "measure_marker_trade", marker_rows),
+                               say)
+    yield from rows_of_program(
+        [programs / "measure_specular", "--trade", "--fill", "--sequence", specular.TRADE_SEQUENCE],
+        keeping(lines, "measure_specular", specular.trade), say)
+    picture = pathlib.Path("out/trade_off.png").resolve()
+    picture.parent.mkdir(exist_ok=True)
+    drawn = subprocess.run(["/usr/bin/python3", pathlib.Path(__file__).with_name("trade_off_chart.py"), picture],
+                           input="".join(json.dumps(line) + "\n" for line in lines), text=True)
+    yield row("page of the trade", "drawn", picture.name if drawn.returncode == 0 else "not drawn", "",
+              drawn.returncode == 0, str(picture))
+
+
 def measure(programs, say):
+    lines = []
     for name in BYTES_FORMATS:
-        yield from rows_of_program([programs / "measure_bytes", "--format", name], bytes_rows, say)
+        yield from rows_of_program([programs / "measure_bytes", "--format", name],
+                                   keeping(lines, "measure_bytes", bytes_rows), say)
     yield from rows_of_program([programs / "measure_interleave"], interleave_rows, say)
     yield from rows_of_program([programs / "measure_interleave", "--case", "brackets", "--format", "rgb8"],
-                               interleave_rows, say)
-    yield from counted_rows(say)
+                               keeping(lines, "measure_interleave", interleave_rows), say)
+    counted = counter(say)
+    yield from counted_rows(counted)
+    yield from page_rows(programs, counted, lines, say)
