@@ -125,7 +125,6 @@ def draw_panel(axes, panel):
     """Error over cost, and for each camera a staircase: the smallest error of all cases of at most that cost."""
     axes.set(xscale="log", yscale="log", xlabel=panel.cost, ylabel=panel.error)
     axes.margins(0.06)
-    axes.set_title(panel.title, loc="left", weight="bold")
     by_cost = lambda case: (case.camera, case.cost)
     for _, group in itertools.groupby(sorted(panel.cases, key=by_cost), key=lambda case: case.camera):
         group = list(group)
@@ -141,7 +140,11 @@ def draw_panel(axes, panel):
     used = {case.color for case in panel.cases}
     handles = [Line2D([], [], marker="o", linestyle="", color=color, label=text)
                for text, color in panel.knobs.values() if color in used]
-    axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1, 1), ncol=len(handles), frameon=False)
+    # Half a page holds some hundred characters in a line.
+    columns = len(handles) if sum(len(handle.get_label()) for handle in handles) <= 100 else 2
+    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 1), ncol=columns, frameon=False, fontsize=9,
+                borderaxespad=0, columnspacing=1.2, handletextpad=0.2).set_in_layout(False)
+    axes.set_title(panel.title, loc="left", weight="bold", pad=6 + 16 * math.ceil(len(handles) / columns))
     set_log_ticks(axes)
 
 

@@ -42,7 +42,7 @@ def cost_panel(lines):
             whole = interleave == 1 or setting == "fastest"
             cases.append(point_case(setting if whole else f"{setting}, {interleave}", counted[of(line)], line,
                                     line["read"]["median_error"], line["read"]["median_bound"], whole))
-    return plot.Panel("Panorama: cost (interleave beside the setting)",
+    return plot.Panel("Panorama: cost (exact: four times the bytes)",
                       "aarch64 instructions a pixel of one exposure, RGB8 in brackets of three",
                       MEDIAN + "; dash: bound", 6, POINT_KNOBS, with_front(cases))
 
