@@ -18,17 +18,6 @@ namespace {
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-/// The smallest rotation that maps the unit vector `from` to `to`.
-Quat rotation_between(Vec3d from, Vec3d to) {
-  const Vec3d axis = cross(from, to);
-  // Opposite directions: half a turn about any perpendicular axis.
-  if (dot(from, to) < -1 + 1e-12) {
-    const Vec3d any = tangent_basis(from)[0];
-    return {any.x, any.y, any.z, 0};
-  }
-  return Quat{axis.x, axis.y, axis.z, 1 + dot(from, to)}.normalized();
-}
-
 Status check(const GravityReading& gravity) {
   if (normalized(gravity.up_probe) == Vec3d{})
     return invalid_argument(

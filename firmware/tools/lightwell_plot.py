@@ -168,7 +168,7 @@ def labels_of(axes, cases):
             positions.append(at)
             labels.append(Label(case.label, case.cost, case.error, case.color,
                                 "bold" if case.named and case.main else "normal"))
-        else:
+        elif case.label not in labels[near].text.split("\n"):
             labels[near] = labels[near]._replace(text=labels[near].text + "\n" + case.label)
     return labels
 

@@ -12,7 +12,7 @@ namespace lightwell {
 namespace {
 
 // Bytes of fields with their tags, which take one byte up to number 15 (proto/README.md, "Bytes").
-constexpr std::size_t kTag = 1, kFixed32 = kTag + 4, kFixed64 = kTag + 8, kDouble = kTag + 8;
+constexpr std::size_t kTag = 1, kFixed32 = kTag + 4, kFixed64 = kTag + 8;
 /// Of enums and of numbers below 128.
 constexpr std::size_t kSmallNumber = kTag + 1;
 /// Of an exponent: two bytes below -64 and above 63.
@@ -78,7 +78,7 @@ std::size_t max_header_bytes(const Descriptor& d) {
   if (flag_count > 0) bytes += nested(flag_count);
   bytes += kSmallNumber;  // setting.
   if (d.flicker != Flicker::unknown) bytes += kSmallNumber;
-  if (d.T_probe_origin != Pose{}) bytes += kTag + nested(7 * kDouble);  // The tag of field 16 takes two bytes.
+  if (d.T_probe_origin != Pose{}) bytes += kTag + nested(7 * kFixed64);  // The tag of field 16 takes two bytes.
   return bytes;
 }
 

@@ -15,7 +15,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[2] / "firmware/tools"), str
 import lightwell_plot as plot  # noqa: E402
 from figure_topics import specular_chart  # noqa: E402
 
-COLORS = {"fastest": plot.ORANGE, "fast": plot.VIOLET, "balanced": plot.BLACK, "exact": plot.BLUE}
+COLORS = {"fastest": plot.ORANGE, "balanced": plot.BLACK, "exact": plot.BLUE}
 POINT_KNOBS = {name: (name, color) for name, color in COLORS.items()}
 MEDIAN = "error of the irradiance, RMS %, median"
 
@@ -82,6 +82,6 @@ if __name__ == "__main__":
     if len(sys.argv) != 2 or Path(sys.argv[1]).suffix not in (".png", ".svg", ".pdf"):
         sys.exit(__doc__)
     by_program = {}
-    for text in sys.stdin:
-        by_program.setdefault(json.loads(text).get("program"), []).append(json.loads(text))
+    for line in map(json.loads, sys.stdin):
+        by_program.setdefault(line.get("program"), []).append(line)
     draw(by_program, Path(sys.argv[1]))

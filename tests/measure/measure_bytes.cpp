@@ -162,7 +162,6 @@ int main(int argc, char** argv) {
                 {"mean_bytes", mean(c.bytes)},
                 {"median_bytes", median(c.bytes)},
                 {"largest_bytes", std::ranges::max(c.bytes)},
-                {"median_bound", median(c.bounds)},
                 {"worst_bound", std::ranges::max(c.bounds)},
                 {"median_fixed", median(c.fixed)},
                 {"largest_fixed", std::ranges::max(c.fixed)}});

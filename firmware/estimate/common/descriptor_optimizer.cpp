@@ -50,8 +50,6 @@ int exponent_within(double step) {
 /// The finest step gives mantissas of at most 12 bits, 2^6 of these steps one byte. A coarser one saves bytes only by
 /// leaving bands out, which loses less where it is chosen.
 constexpr int kFinestBits = 12, kMaxCoarsening = 7;
-/// Bytes of the shortest light on the wire.
-constexpr std::size_t kMinLightBytes = 21;
 
 /// Exponent of the step with which the largest coefficient of the bands up to `band` has kFinestBits; 0 for zero.
 int finest_exponent(const std::array<BasisRow, 3>& coefficients, int band) {
@@ -78,7 +76,7 @@ RoundedBand round_band(const std::array<BasisRow, 3>& coefficients, int band, do
       const double mantissa = std::nearbyint(coefficients[k][i] / step);
       const double error = coefficients[k][i] - mantissa * step;
       zero &= mantissa == 0;
-      out.bytes += std::abs(mantissa) < 64 ? 1 : 2;
+      out.bytes += mantissa_bytes(static_cast<std::int32_t>(mantissa));
       out.lost[k] += error * error;
     }
   // Band 0 is always sent.
@@ -252,10 +250,11 @@ void DescriptorOptimizer::for_each_band(std::size_t lights, const OptimizerOptio
 
 int DescriptorOptimizer::max_lights_to_find(const Projection& scene, const Light* brightest,
                                             const OptimizerOptions& limits) {
-  const int most = limits.max_bytes > 0
-                       ? static_cast<int>(std::min(static_cast<std::size_t>(limits.max_lights),
-                                                   std::max<std::size_t>(1, limits.max_bytes / kMinLightBytes)))
-                       : limits.max_lights;
+  const int most =
+      limits.max_bytes > 0
+          ? static_cast<int>(std::min(static_cast<std::size_t>(limits.max_lights),
+                                      std::max<std::size_t>(1, limits.max_bytes / max_light_bytes(Light{}))))
+          : limits.max_lights;
   if (!(limits.epsilon > 0)) return most;
   const ReferenceRms reference = begin(scene);
   // Lights do not reduce errors that have other causes.
@@ -289,7 +288,6 @@ DescriptorOptimizer::Configuration DescriptorOptimizer::fewest_bytes(std::span<c
       if (c.error_ratio < kDecisiveRatio * fallback.error_ratio) fallback = c;
       const bool reduced = n < previous_tracks_.size() || c.band < previous_band_;
       if (c.error_ratio > (reduced ? kHysteresis : 1.0)) return;
-      // Hysteresis: the previous selection counts as 7 % cheaper.
       const double price = same_lights && c.band == previous_band_ ? kPreviousPrice * c.bytes : c.bytes;
       if (price < best.bytes) {
         best = c;
@@ -375,10 +373,9 @@ void DescriptorOptimizer::optimize(const Projection& scene, std::span<const Ligh
   const auto most = std::min<std::size_t>(static_cast<std::size_t>(limits.max_lights), candidates.size());
   const ReferenceRms reference = begin(scene);
   out.scene_rms = reference.irradiance;
-  const bool limited = limits.epsilon > 0 || limits.max_bytes > 0;
-  const std::size_t shaped = std::min(candidates.size(), limits.epsilon > 0 ? kMaxConsidered
-                                                         : limited          ? std::max(most, kMaxConsidered)
-                                                                            : most);
+  const std::size_t shaped = std::min(candidates.size(), limits.epsilon > 0     ? kMaxConsidered
+                                                         : limits.max_bytes > 0 ? std::max(most, kMaxConsidered)
+                                                                                : most);
   for (std::size_t j = 0; j < shaped; ++j) shapes_[j] = shape_of(candidates[j]);
   if (required >= static_cast<int>(shaped))
     shapes_[static_cast<std::size_t>(required)] = shape_of(candidates[static_cast<std::size_t>(required)]);

@@ -108,12 +108,6 @@ constexpr double kMinLensElevation = 0.12;
 /// Number of points that represent the hull of a ball.
 constexpr int kBallPoints = 48;
 
-/// The smallest rotation that turns unit vector `from` to `to`.
-Quat rotation_between(Vec3d from, Vec3d to) {
-  const Vec3d axis = cross(from, to);
-  return length(axis) > 1e-12 ? Quat::about(normalized(axis), angle_between(from, to)) : Quat{};
-}
-
 }  // namespace
 
 std::size_t strongest(const LightModel& model) {

@@ -70,13 +70,12 @@ enum { LW_RELATIVE = 1, LW_ABSOLUTE = 2 };
 
 /* Conditions under which a value may be wrong: bits of `flags`. */
 enum {
-  LW_FLAG_UNSEEN = 1 << 1,    /* A part of the sphere was never seen; its light is missing. */
-  LW_FLAG_CLIPPED = 1 << 2,   /* Pixels saturated in every exposure; their energy is a lower bound. */
-  LW_FLAG_CLEANED = 1 << 3,   /* The input had NaN, infinite or negative radiance, which was replaced. */
-  LW_FLAG_DARK = 1 << 4,      /* Only darkness: there is no relative error. */
-  LW_FLAG_MOVED = 1 << 5,     /* Something moved between the exposures of a bracket, or changed where a frame was
-                               * not read (interleave). */
-  LW_FLAG_FILLED = 1 << 6,    /* Directions that no pixel sees were filled by choice; the bound excludes them. */
+  LW_FLAG_UNSEEN = 1 << 1,  /* A part of the sphere was never seen; its light is missing. */
+  LW_FLAG_CLIPPED = 1 << 2, /* Pixels saturated in every exposure; their energy is a lower bound. */
+  LW_FLAG_CLEANED = 1 << 3, /* The input had NaN, infinite or negative radiance, which was replaced. */
+  LW_FLAG_DARK = 1 << 4,    /* Only darkness: there is no relative error. */
+  LW_FLAG_MOVED = 1 << 5,   /* Something moved within a bracket, or changed where an interleaved frame was not read. */
+  LW_FLAG_FILLED = 1 << 6,  /* Directions that no pixel sees were filled by choice; the bound excludes them. */
   LW_FLAG_RECOVERED = 1 << 7, /* The energy of saturated pixels was recovered. */
   LW_FLAG_UNSURE = 1 << 8     /* Several lights fit: the direction of the strongest is uncertain or unknown. */
 };

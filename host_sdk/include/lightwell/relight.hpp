@@ -217,18 +217,19 @@ struct IndirectLight {
 
 /// Light at a place in the terms of AlphaMaps::compute().
 struct PlaceLights {
-  std::vector<PatternLight> patterns;  ///< White lamps of known distance, whose light varies over the subject.
+  std::vector<PatternLight> patterns;  ///< White: lights of known distance, whose light varies over the subject.
   std::vector<RgbFactor> weights;      ///< Of all other light, as basis_weights().
-  /// Indices in Lighting::lights() of lamps of known distance that are in `weights` because they are nearer to the
+  /// Indices in Lighting::lights() of lights of known distance that are in `weights` because they are nearer to the
   /// subject's centre than 1.2 times its radius, or beyond AlphaMaps::kMaxPatterns.
   std::vector<std::size_t> left_in_weights;
 };
 
-/// As basis_weights(), but a lamp of known distance becomes a pattern, so that its irradiance, direction and shadow are
-/// those of each pixel's point: LightField::at() gives such lamps, and a probe that knows their distance. Lamps beyond
-/// 100 times the subject's radius stay weights; their irradiance differs over the subject by less than 2 %. Holds for
-/// the lighting's lamps as its origin sees them: take that at the subject. failed_precondition, invalid_argument as
-/// basis_weights(), which takes the mean of the subject's points as `at`; also for a subject without geometry.
+/// As basis_weights(), but a light of known distance becomes a pattern, so that its irradiance, direction and shadow
+/// are those of each pixel's point: LightField::at() gives such lights, and a probe that knows their distance. The
+/// subject's centre is the mean of its points, which is also `at` of basis_weights(); its radius is the largest
+/// distance of a point from it. Lights beyond 100 radii stay weights: over the subject their irradiance differs by 2 %
+/// from that at its centre. Irradiance holds at the lighting's origin: take a lighting of the subject's centre.
+/// failed_precondition, invalid_argument as basis_weights(); invalid_argument for a subject without geometry.
 [[nodiscard]] Result<PlaceLights> place_lights(const Lighting& lighting, const Pose& T_world_lighting,
                                                std::span<const BasisLight> basis, const RelightSubject& subject,
                                                int residual_directions = 512);

@@ -72,28 +72,22 @@ Irradiance from(const Radiance& radiance, double solid_angle) {
 
 /// PlaceLights: in radii of the subject, the least distance of a pattern and the largest.
 constexpr double kNearestRadii = 1.2, kDistantRadii = 100;
-/// A picture of a lamp. Towards its edge it is filtered with the black outside; the subject has the middle half.
-constexpr int kLampTexels = 4;
-constexpr std::array<RgbFactor, std::size_t{kLampTexels}* kLampTexels> kWhite = [] {
-  std::array<RgbFactor, std::size_t{kLampTexels} * kLampTexels> out{};
+/// A white picture. Towards its edge it is filtered with the black outside; the subject has the middle half.
+constexpr int kWhiteTexels = 4;
+constexpr std::array<RgbFactor, std::size_t{kWhiteTexels}* kWhiteTexels> kWhite = [] {
+  std::array<RgbFactor, std::size_t{kWhiteTexels} * kWhiteTexels> out{};
   out.fill({1, 1, 1});
   return out;
 }();
 
-/// Turns +Z to a unit direction by the shortest arc.
-Quat rotation_of_z_to(Vec3d d) {
-  // Opposite: half a turn about any axis across.
-  return d.z > -1 + 1e-12 ? Quat{-d.y, d.x, 0, 1 + d.z}.normalized() : Quat{1, 0, 0, 0};
-}
-
-/// A lamp that shines on the ball of `radius` around `centre`, from outside of it.
-PatternLight lamp(Vec3d position, Vec3d centre, double radius, const Irradiance& intensity) {
-  const Vec3d to_lamp = position - centre;
-  const double sine = radius / length(to_lamp);
+/// A light that shines on the ball of `radius` around `centre`, from outside of it.
+PatternLight white_pattern(Vec3d position, Vec3d centre, double radius, const Irradiance& intensity) {
+  const Vec3d to_light = position - centre;
+  const double sine = radius / length(to_light);
   PatternLight out;
-  out.T_world_light = {rotation_of_z_to(normalized(to_lamp)), position};
+  out.T_world_light = {rotation_between({0, 0, 1}, normalized(to_light)), position};
   out.field_of_view_rad = 2 * std::atan(2 * sine / std::sqrt(1 - sine * sine));
-  out.columns = out.rows = kLampTexels;
+  out.columns = out.rows = kWhiteTexels;
   out.picture = kWhite;
   out.irradiance = intensity;
   return out;
@@ -117,9 +111,8 @@ Result<std::vector<RgbFactor>> weights_of(const Lighting& lighting, const Pose& 
   auto sum = WeightSum::make(basis, at);
   if (!sum) return sum.status();
   const Vec3d origin = lighting.origin().translation, here = transformed(inverse(T_world_lighting), at);
-  std::size_t index = 0;
-  for (const Light& light : lighting.lights()) {
-    const std::size_t number = index++;
+  for (std::size_t number = 0; number < lighting.lights().size(); ++number) {
+    const Light& light = lighting.lights()[number];
     Vec3d towards = vec_cast<double>(light.direction);
     double falloff = 1;
     if (const auto position = lighting.position(light)) {
@@ -169,7 +162,7 @@ Result<PlaceLights> place_lights(const Lighting& lighting, const Pose& T_world_l
           out.left_in_weights.push_back(light);
           return false;
         }
-        out.patterns.push_back(relight::lamp(position, data.centre, radius, intensity));
+        out.patterns.push_back(relight::white_pattern(position, data.centre, radius, intensity));
         return true;
       });
   if (!weights) return weights.status();

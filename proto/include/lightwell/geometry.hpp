@@ -113,6 +113,17 @@ template <class T>
   return vec_cast<T>(p + t * q.w + cross(u, t));
 }
 
+/// The smallest rotation that turns the unit vector `from` to the unit vector `to`; of opposite ones, half a turn about
+/// any axis across.
+[[nodiscard]] inline Quat rotation_between(Vec3d from, Vec3d to) {
+  if (dot(from, to) < -1 + 1e-12) {
+    const Vec3d any = tangent_basis(from)[0];
+    return {any.x, any.y, any.z, 0};
+  }
+  const Vec3d axis = cross(from, to);
+  return Quat{axis.x, axis.y, axis.z, 1 + dot(from, to)}.normalized();
+}
+
 /// Rigid transform T_a_b: maps points of frame b into frame a, p_a = rotation p_b + translation (m).
 struct Pose {
   Quat rotation;

@@ -16,12 +16,6 @@ Vec3d at_angles(double theta, double phi) {
   return {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)};
 }
 
-/// The smallest rotation that maps +z to `to`.
-Quat turned_to(Vec3d to) {
-  const Vec3d z{0, 0, 1}, axis = normalized(cross(z, to));
-  return axis == Vec3d{} ? Quat{} : Quat::about(axis, angle_between(z, to));
-}
-
 class Shower {
  public:
   Shower(const Show& show) : show_(show), random_(show.seed) {}
@@ -58,7 +52,7 @@ class Shower {
   Pose before(const Board& board, double theta) {
     const Vec3d to = at_angles(theta, uniform(0, 2 * pi));
     const Quat q =
-        turned_to(to) * Quat::about({0, 0, 1}, uniform(0, 2 * pi)) *
+        rotation_between({0, 0, 1}, to) * Quat::about({0, 0, 1}, uniform(0, 2 * pi)) *
         Quat::about(normalized(Vec3d{uniform(-1, 1), uniform(-1, 1), 0.01}), uniform(-show_.tilt_rad, show_.tilt_rad));
     const Vec3d middle = (board.points.front() + board.points.back()) * 0.5;
     return {q, to * uniform(show_.nearest_m, show_.farthest_m) - rotate(q, middle)};
@@ -139,7 +133,7 @@ BoardObservations pair_of_lenses(const Pair& pair, const Show& show) {
     out.boards.push_back(board());
     out.boards.back().name = "board " + std::to_string(b);
     const Vec3d to = normalized(Vec3d{std::cos(pi / 2 * b + 0.2), 0.2 * (b % 2) - 0.1, std::sin(pi / 2 * b + 0.2)});
-    const Quat q = turned_to(to) * Quat::about({1, 0, 0}, shower.uniform(-0.3, 0.3));
+    const Quat q = rotation_between({0, 0, 1}, to) * Quat::about({1, 0, 0}, shower.uniform(-0.3, 0.3));
     world_from_board.push_back(
         {q, to * 0.45 - rotate(q, (out.boards.back().points.front() + out.boards.back().points.back()) * 0.5)});
   }
