@@ -46,7 +46,7 @@ void compare(test::OracleCase& c, const Rig& rig, const reference::RandomScene& 
   test::on_each_target([&](const char* target) {
     estimate::BlockSums sums(layout);
     if (codes.supports(shot.frames))
-      codes.run(shot.frames[0], {}, sums);
+      codes.run(shot.frames[0], {}, {}, sums);
     else
       pixels.run(reader, sums);
     estimate::Projection p;

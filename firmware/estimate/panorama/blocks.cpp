@@ -4,6 +4,17 @@
 
 namespace lightwell::estimate {
 
+void BlockSums::sum_totals() {
+  clear_totals();
+  for (std::size_t block = 0; block < sum.size(); ++block) {
+    clipped_sr += static_cast<double>(clipped[block]);
+    noise += static_cast<double>(block_noise[block]);
+    bias += static_cast<double>(block_bias[block]);
+    motion_luminance += static_cast<double>(block_motion[block]);
+    rows += static_cast<double>(block_rows[block]);
+  }
+}
+
 BlockPass::BlockPass(const RigTable& table, const BlockLayout& layout)
     : table_(table), layout_(layout), row_(max_image_width(table)) {
   const auto n = static_cast<std::size_t>(max_image_width(table));

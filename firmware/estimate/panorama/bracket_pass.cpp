@@ -127,7 +127,8 @@ void BracketPass::sort(std::span<const Frame> bracket) {
   }
 }
 
-void BracketPass::run(std::span<const Frame> bracket, std::span<const std::uint8_t> read, BlockSums& out) {
+void BracketPass::run(std::span<const Frame> bracket, std::span<const std::uint8_t> read, const SampledRows& sampled,
+                      BlockSums& out) {
   sort(bracket);
   out.clear_totals();
   for (int lens = 0; lens < layout_.lens_count(); ++lens) {
@@ -143,7 +144,8 @@ void BracketPass::run(std::span<const Frame> bracket, std::span<const std::uint8
             const int left = static_cast<int>(first - row) * layout_.edge();
             const int right = std::min(static_cast<int>(last - row) * layout_.edge(), table.width);
             for (int begin = left; begin < right; begin += kBracketChunk)
-              run_chunk({lens, table, plan, lut, top, rows, begin, std::min(begin + kBracketChunk, right)}, out);
+              run_chunk({lens, table, plan, lut, top, rows, begin, std::min(begin + kBracketChunk, right), sampled},
+                        out);
           });
     }
   }
@@ -211,7 +213,9 @@ void BracketPass::sum(const Chunk& chunk, int count) {
   row.next_row = width;
   for (std::size_t c = 0; c < 3; ++c) row.luminance[c] = static_cast<float>(kLuminanceWeights[c]) * chunk.plan.white[c];
   for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) row.exposures[k].scale = scale_[k];
-  for (int y = chunk.top; y < chunk.top + chunk.rows; y += per) {
+  const int read_rows = chunk.sampled.count(chunk.rows);
+  for (int k = 0; k < read_rows; k += per) {
+    const int y = chunk.top + chunk.sampled.row(k);
     const RowSpan span = span_of(lens, y);
     const int begin = std::max(span.first, chunk.begin), end = std::min(span.end, chunk.end);
     if (begin >= end) continue;
@@ -245,11 +249,12 @@ RowSpan BracketPass::span_of(const LensTable& lens, int y) const {
 
 std::ptrdiff_t BracketPass::prefetch_distance(const Chunk& chunk, int y, std::ptrdiff_t row,
                                               std::ptrdiff_t pixel) const {
-  const int per = is_bayer(format_) ? 2 : 1, rows = y + per < chunk.top + chunk.rows ? 0 : chunk.rows - per;
-  if (rows == 0) return per * row;
+  const int per = chunk.sampled.all() ? is_bayer(format_) ? 2 : 1 : chunk.sampled.step;
+  if (y + per < chunk.top + chunk.rows) return per * row;
   // The first row of the next chunk, to the right or below.
-  const bool last = chunk.end >= chunk.table.width;
-  return last ? per * row - chunk.begin * pixel : (chunk.end - chunk.begin) * pixel - rows * row;
+  const std::ptrdiff_t below = chunk.top + chunk.rows - y;
+  return chunk.end >= chunk.table.width ? below * row - chunk.begin * pixel
+                                        : (chunk.end - chunk.begin) * pixel - (y - chunk.top) * row;
 }
 
 void BracketPass::set_row_pointers(const Chunk& chunk, int y, int begin, int end, BracketRow& row) {
@@ -281,7 +286,7 @@ void BracketPass::convert_to_planes(const Chunk& chunk, int y, int begin, int en
   const bool quads = format_ == PixelFormat::nv12;
   const int row = quads ? y % 2 : 0;
   out.at = {plane(row, 0), plane(row, 1), plane(row, 2), plane(row, 3)};
-  if (row == 1) return;  // Converted with the row above.
+  if (row == 1 && chunk.sampled.all()) return;  // Converted with the row above.
   const PlaneRow upper = planes(0), lower = planes(1);
   if (!quads) {
     const std::uint8_t* here = row_of(view, y) + 2 * from;
@@ -290,7 +295,7 @@ void BracketPass::convert_to_planes(const Chunk& chunk, int y, int begin, int en
     shared_tops(upper, nullptr, pixels, saturated_from, plane(0, 3) + from, nullptr);
     return;
   }
-  const std::uint8_t* here = row_of(view, y) + from;
+  const std::uint8_t* here = row_of(view, y - row) + from;
   const std::uint8_t* chroma = row_of(view, view.height + y / 2) + from;
   const std::ptrdiff_t ahead = prefetch_distance(chunk, y + 1, stride, 1) + stride;
   prefetch(here, ahead, pixels);

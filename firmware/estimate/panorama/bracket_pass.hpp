@@ -10,6 +10,7 @@
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/panorama/blocks.hpp"
+#include "estimate/panorama/kernels/block_scan.hpp"
 #include "estimate/panorama/kernels/bracket_rows.hpp"
 #include "imaging/frame.hpp"
 
@@ -23,8 +24,9 @@ class BracketPass {
 
   /// Whether the bracket has two or more exposures in one format of integer codes, wide enough for vectors.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
-  /// `bracket` must have passed RowReader::bind(). `read`: as in CodePass::run(); a block is read in every exposure.
-  void run(std::span<const Frame> bracket, std::span<const std::uint8_t> read, BlockSums& out);
+  /// `bracket` must have passed RowReader::bind(). `read`, `rows`: as in CodePass::run(); a block is read in every
+  /// exposure.
+  void run(std::span<const Frame> bracket, std::span<const std::uint8_t> read, const SampledRows& rows, BlockSums& out);
 
  private:
   struct LensPlan {
@@ -41,6 +43,7 @@ class BracketPass {
     const LensPlan& plan;
     const CodeLut& lut;
     int top, rows, begin, end;
+    const SampledRows& sampled;
   };
 
   void sort(std::span<const Frame> bracket);

@@ -49,6 +49,35 @@ BlockWeights CodeWeights::block_weights(std::size_t block, Lanes lanes) const {
           from(w.spread),     from(w.solid_angle)};
 }
 
+namespace {
+
+/// The line through the rows that are read, over their index.
+struct RowSpacing {
+  float middle, step;
+};
+
+RowSpacing spacing_of(const SampledRows& rows) {
+  const int n = rows.count(0);
+  float middle = 0, squares = 0, products = 0;
+  for (int k = 0; k < n; ++k) middle += static_cast<float>(rows.row(k)) / static_cast<float>(n);
+  for (int k = 0; k < n; ++k) {
+    const float y = static_cast<float>(rows.row(k)) - middle;
+    squares += y * y;
+    products += y * (static_cast<float>(k) - 0.5F * static_cast<float>(n - 1));
+  }
+  return {middle, squares / products};
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> CodeWeights::planes() const {
+  if (rows_.empty()) return {};
+  std::vector<std::uint8_t> out(layout_.size());
+  for (std::size_t block = 0; block < out.size(); ++block)
+    out[block] = static_cast<std::uint8_t>(block_weights_.mean[block] > 0);
+  return out;
+}
+
 void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
   const std::size_t first_block = layout_.block_of(lens, 0, top);
   for (int column = 0; column < layout_.columns(lens); ++column) {
@@ -246,19 +275,19 @@ void CodePass::plan_lens(const PhotometricCalibration& photometry) {
   lenses_.push_back(std::move(plan));
 }
 
-void CodePass::run(const Frame& frame, std::span<const std::uint8_t> read, BlockSums& out) {
+void CodePass::run(const Frame& frame, std::span<const std::uint8_t> read, const SampledRows& sampled, BlockSums& out) {
   out.clear_totals();
   const auto radiance_per_linear = static_cast<float>(1 / (frame.info.exposure_s * frame.info.gain));
   for (const View& view : frame.views()) {
     const LensPlan& plan = lenses_[static_cast<std::size_t>(view.lens)];
     for (int top = 0; top < view.height; top += layout_.edge()) {
-      const int rows = std::min(layout_.edge(), view.height - top);
+      const int rows = sampled.count(std::min(layout_.edge(), view.height - top));
       const std::size_t row = layout_.block_of(view.lens, 0, top);
       for (const WeightRun& run : weights_.runs(view.lens, top / layout_.edge())) {
         const auto column = [row](std::size_t block) { return static_cast<int>(block - row); };
         for_each_read(read, row + static_cast<std::size_t>(run.blocks.first),
                       row + static_cast<std::size_t>(run.blocks.end), [&](std::size_t first, std::size_t last) {
-                        const Strip strip{view, plan, top, rows, run, {column(first), column(last)}};
+                        const Strip strip{view, plan, top, rows, sampled, run, {column(first), column(last)}};
                         sum_strip(strip);
                         finish_strip(strip, radiance_per_linear, out);
                         std::fill(&out.block_motion[first], out.block_motion.data() + last, 0.0F);
@@ -269,7 +298,7 @@ void CodePass::run(const Frame& frame, std::span<const std::uint8_t> read, Block
 }
 
 void CodePass::sum_strip(const Strip& strip) {
-  const auto& [view, plan, top, rows, run, blocks] = strip;
+  const auto& [view, plan, top, rows, sampled, run, blocks] = strip;
   const PixelLayout& layout = pixel_layout(view.format);
   const unsigned clipped_from = plan.clipped_from[layout.depth_index()];
   const Lanes lanes = lanes_of(view.format);
@@ -281,22 +310,24 @@ void CodePass::sum_strip(const Strip& strip) {
     if (!run.weighted) return LaneWeights{nullptr, 0};
     return LaneWeights{weights_.weights(run, lanes) + first * whole.count + (lane - whole.begin), step * whole.count};
   };
+  const auto step = static_cast<std::size_t>(sampled.step);
   if (lanes == Lanes::interleaved) {
-    sum_lanes({row_of(view, top) + s.begin, view.stride, rows, table, clipped_from}, weights_at(s.begin, 0, 1), s.count,
-              groups_[0].at(s.begin));
+    sum_lanes({row_of(view, top + sampled.row(0)) + s.begin, step * view.stride, rows, table, clipped_from},
+              weights_at(s.begin, 0, 1), s.count, groups_[0].at(s.begin));
     return;
   }
   if (lanes == Lanes::mosaic) {
+    const std::size_t quad_stride = (sampled.all() ? 2 : step) * view.stride;
     for (std::size_t parity = 0; parity < 2; ++parity) {
-      const std::uint8_t* first = row_of(view, top + static_cast<int>(parity));
+      const std::uint8_t* first = row_of(view, top + sampled.row(static_cast<int>(parity)));
       const LaneSums to = groups_[parity].at(s.begin);
       const LaneWeights weights = weights_at(s.begin, parity, 2);
       if (layout.sample_bytes == 1)
-        sum_lanes({first + s.begin, 2 * view.stride, rows / 2, table, clipped_from}, weights, s.count, to);
+        sum_lanes({first + s.begin, quad_stride, rows / 2, table, clipped_from}, weights, s.count, to);
       else
-        sum_wide_lanes({first + 2 * s.begin, 2 * view.stride, rows / 2, static_cast<std::uint16_t>(layout.full_scale()),
-                        clipped_from},
-                       weights, s.count, to);
+        sum_wide_lanes(
+            {first + 2 * s.begin, quad_stride, rows / 2, static_cast<std::uint16_t>(layout.full_scale()), clipped_from},
+            weights, s.count, to);
     }
     return;
   }
@@ -308,15 +339,15 @@ void CodePass::sum_strip(const Strip& strip) {
       std::uint8_t* r = planes_.data() + static_cast<std::size_t>(y) * kCodeChunk;
       return PlaneRow{r, r + kPlaneStride, r + 2 * kPlaneStride};
     };
-    const auto line = [&](int y) { return row_of(view, top + y); };
+    const auto line = [&](int y) { return row_of(view, top + sampled.row(y)); };
     if (view.format == PixelFormat::yuyv) {
       for (int y = 0; y < rows; ++y) planes_of_yuyv(line(y) + 2 * at, count, plane(y));
     } else {
       for (int y = 0; y < rows; y += 2) {
         // Blocks begin at even rows; with an odd height, the last row does not share its chroma.
         const int below = std::min(y + 1, rows - 1);
-        planes_of_nv12(line(y) + at, line(below) + at, row_of(view, view.height + (top + y) / 2) + at, count, plane(y),
-                       plane(below));
+        planes_of_nv12(line(y) + at, line(below) + at, row_of(view, view.height + (top + sampled.row(y)) / 2) + at,
+                       count, plane(y), plane(below));
       }
     }
     for (std::size_t c = 0; c < 3; ++c)
@@ -384,7 +415,7 @@ void CodePass::gather_codes(const LensPlan& plan, int rows, std::size_t begin, s
 }
 
 void CodePass::finish_strip(const Strip& strip, float radiance_per_linear, BlockSums& out) {
-  const auto& [view, plan, top, rows, run, range] = strip;
+  const auto& [view, plan, top, rows, sampled, run, range] = strip;
   const Lanes lanes = lanes_of(view.format);
   const auto edge = static_cast<std::size_t>(layout_.edge()), first = static_cast<std::size_t>(range.first);
   const std::size_t blocks = static_cast<std::size_t>(range.end) - first;
@@ -425,6 +456,12 @@ void CodePass::finish_strip(const Strip& strip, float radiance_per_linear, Block
   // Mean truncation error of the products with weights, whose fraction of four or eight bits is cut off.
   in.cut_off = words ? 0.469F : 0.498F;
   in.half_y = 0.5F * static_cast<float>(rows - 1);
+  if (!sampled.all()) {
+    const RowSpacing spacing = spacing_of(sampled);
+    in.row_step = spacing.step;
+    in.row_shift = spacing.middle - 0.5F * static_cast<float>(layout_.edge() - 1);
+    in.share = static_cast<float>(rows) / static_cast<float>(layout_.edge());
+  }
   in.radiance = radiance_per_linear;
   const std::size_t block = layout_.block_of(view.lens, static_cast<int>(first * edge), top);
   const BlockErrorSums errors =

@@ -12,6 +12,7 @@
 
 #include "calibration/model/lens_table.hpp"
 #include "estimate/panorama/blocks.hpp"
+#include "estimate/panorama/kernels/block_scan.hpp"
 #include "estimate/panorama/kernels/lane_sums.hpp"
 #include "imaging/frame.hpp"
 
@@ -57,6 +58,8 @@ class CodeWeights {
   [[nodiscard]] const std::uint8_t* weights(const WeightRun& run, Lanes lanes) const {
     return bytes_.data() + run.weights[static_cast<std::size_t>(lanes)];
   }
+  /// By block, whether its weights are a plane; empty where there are no weights.
+  [[nodiscard]] std::vector<std::uint8_t> planes() const;
   /// Pointers to the coefficients of this block and the following ones.
   [[nodiscard]] BlockWeights block_weights(std::size_t block, Lanes lanes) const;
 
@@ -90,9 +93,12 @@ class CodePass {
   /// Whether the bracket is a single exposure of integer codes that the kernels can sum: rows of at least kMinLanes
   /// pixels, blocks of 2 to kMaxRows rows, and a linear response if codes have 10 or 12 bits.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
+  /// By block, whether some of its rows may be read alone; empty: none.
+  [[nodiscard]] std::vector<std::uint8_t> planes() const { return weights_.planes(); }
   /// `frame` must have passed RowReader::bind(). `read`: by block, whether it is read; empty: all are. The others keep
-  /// what they hold; totals are of the blocks that were read.
-  void run(const Frame& frame, std::span<const std::uint8_t> read, BlockSums& out);
+  /// what they hold; totals are of the blocks that were read. `rows`: those that are summed, as if the others were
+  /// dark; a part only of blocks in planes().
+  void run(const Frame& frame, std::span<const std::uint8_t> read, const SampledRows& rows, BlockSums& out);
 
  private:
   /// Sums of a run by colour, one element per block (see BlockCodes).
@@ -124,7 +130,8 @@ class CodePass {
   struct Strip {
     const View& view;
     const LensPlan& plan;
-    int top, rows;  ///< Of pixels.
+    int top, rows;  ///< Of pixels; `rows` that are read.
+    const SampledRows& sampled;
     const WeightRun& run;
     BlockRange blocks;  ///< Of the run.
   };

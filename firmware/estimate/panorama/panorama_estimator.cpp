@@ -52,8 +52,8 @@ std::unique_ptr<SphereIntegrator> make_integrator(const RigParameters& rig, cons
 }
 
 IntegrationErrors errors_of(const FrameIntegral& integral, const DetectedLights& found) {
-  return {integral.blocks.noise, integral.blocks.bias, integral.centroid_offset, found.chroma_edge_error,
-          integral.stale};
+  return {integral.blocks.noise,   integral.blocks.bias, integral.centroid_offset,
+          found.chroma_edge_error, integral.stale,       integral.blocks.rows};
 }
 
 /// The core of a light has at least this part of its peak (light_finder.hpp).
@@ -61,6 +61,9 @@ constexpr float kCoreFraction = 0.5F;
 constexpr std::size_t kMaxWatched = 8192;
 /// Wider cores, sr, are spread over the groups of the rotation, each of which shows a change of the light.
 constexpr double kMaxWatchedCore_sr = 0.08;
+
+/// Largest possible error of a block that is read in part, relative to all light, as a part of epsilon.
+constexpr double kRowErrorShare = 0.01;
 
 Projection scaled(Projection projection, double factor) {
   for (auto& c : projection.c)
@@ -259,7 +262,8 @@ Status PanoramaEstimator::estimate(std::span<const Frame> bracket, Descriptor& o
   if (Status s = reader_.bind(bracket); !s.ok()) return s;
   fill_header(bracket, {scale_.units, probe_id_, calibration_id_, config_.setting}, out);
   const FrameIntegral& integral =
-      integrator_->integrate(reader_, bracket, config_.panorama.unseen, config_.panorama.interleave);
+      integrator_->integrate(reader_, bracket, config_.panorama.unseen,
+                             {config_.panorama.interleave, kRowErrorShare * config_.panorama.epsilon});
   const DetectedLights& found = find_lights(integral);
   if (integral.interleaved) watch_lights(integral.blocks, found);
   const IntegrationErrors integration_errors = errors_of(integral, found);

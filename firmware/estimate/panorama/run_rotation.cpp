@@ -94,6 +94,7 @@ void RunRotation::set(std::size_t run, const BlockSums& blocks, std::span<const 
     sums.bias += static_cast<double>(blocks.block_bias[block]);
     sums.clipped_sr += static_cast<double>(blocks.clipped[block]);
     sums.motion_luminance += static_cast<double>(blocks.block_motion[block]);
+    sums.rows += static_cast<double>(blocks.block_rows[block]);
   }
   add_change(total_);
   if (in_group(run) || !all_) {
@@ -132,6 +133,7 @@ RunRotation::Sums RunRotation::finish_frame(Projection& out) {
     all.bias += of_run.bias;
     all.clipped_sr += of_run.clipped_sr;
     all.motion_luminance += of_run.motion_luminance;
+    all.rows += of_run.rows;
     all.centroid_offset += of_run.centroid_offset;
   }
   return all;

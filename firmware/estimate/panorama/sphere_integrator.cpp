@@ -149,6 +149,7 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
       block_pass_(table, layout_),
       code_pass_(rig, table, layout_),
       bracket_pass_(rig, table, layout_),
+      row_sampling_(rig, table, layout_, code_pass_.planes()),
       rotation_(layout_, grid_),
       unseen_(rig, table, layout_, grid_),
       integral_(layout_, unseen_.cells().size()),
@@ -162,26 +163,43 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
     lens_sr_[static_cast<std::size_t>(layout_.place(block).lens)] += grid_.solid_angle(block);
 }
 
+void SphereIntegrator::sum_codes(std::span<const Frame> bracket, std::span<const std::uint8_t> read,
+                                 double max_row_error) {
+  BlockSums& blocks = integral_.blocks;
+  const auto sum = [&](std::span<const std::uint8_t> of_blocks, const SampledRows& rows) {
+    if (bracket.size() == 1)
+      code_pass_.run(bracket[0], of_blocks, rows, blocks);
+    else
+      bracket_pass_.run(bracket, of_blocks, rows, blocks);
+  };
+  for_each_read(read, 0, blocks.sum.size(), [&](std::size_t first, std::size_t last) {
+    std::fill(&blocks.block_rows[first], blocks.block_rows.data() + last, 0.0F);
+  });
+  if (!(max_row_error > 0) || !row_sampling_.supports(bracket)) return sum(read, {});
+  const std::span<const std::uint8_t> sampled = row_sampling_.sampled(read);
+  sum(row_sampling_.others(read), {});
+  sum(sampled, row_sampling_.rows(bracket));
+  sum(row_sampling_.estimate(bracket, sampled, max_row_error, blocks), {});
+  blocks.sum_totals();
+}
+
 const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill,
-                                                 int interleave) {
+                                                 const Reading& reading) {
   FrameIntegral& out = integral_;
   unsigned present = 0;
   for (int lens = 0; lens < layout_.lens_count(); ++lens)
     if (reader.has(lens)) present |= 1U << lens;
   const bool codes = code_pass_.supports(bracket), merges = bracket_pass_.supports(bracket);
-  const bool rotates = (codes || merges) && interleave > 1 && present == (1U << layout_.lens_count()) - 1;
+  const bool rotates = (codes || merges) && reading.interleave > 1 && present == (1U << layout_.lens_count()) - 1;
   if (!rotates || bracket.size() != exposure_count_) rotation_.restart();
   exposure_count_ = bracket.size();
   std::span<const std::uint8_t> read;
-  if (rotates) read = rotation_.begin_frame(interleave, bracket.front().info.mid_exposure);
-  if (codes) {
-    code_pass_.run(bracket[0], read, out.blocks);
-  } else if (merges) {
-    bracket_pass_.run(bracket, read, out.blocks);
-    reader.limit_exposures_per_block(layout_, out.blocks.exposures);
-  } else {
+  if (rotates) read = rotation_.begin_frame(reading.interleave, bracket.front().info.mid_exposure);
+  if (codes || merges)
+    sum_codes(bracket, read, reading.max_row_error);
+  else
     block_pass_.run(reader, out.blocks);
-  }
+  if (merges) reader.limit_exposures_per_block(layout_, out.blocks.exposures);
   const double luminance = sum_observed(present);
   out.interleaved = rotates;
   out.stale = 0;
@@ -196,6 +214,7 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
     out.blocks.bias = sums.bias;
     out.blocks.clipped_sr = sums.clipped_sr;
     out.blocks.motion_luminance = sums.motion_luminance;
+    out.blocks.rows = sums.rows;
     out.centroid_offset = sums.centroid_offset;
     out.stale = rotation_.stale();
   } else {

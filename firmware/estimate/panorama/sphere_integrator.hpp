@@ -17,6 +17,7 @@
 #include "estimate/panorama/blocks.hpp"
 #include "estimate/panorama/bracket_pass.hpp"
 #include "estimate/panorama/code_pass.hpp"
+#include "estimate/panorama/row_sampling.hpp"
 #include "estimate/panorama/run_rotation.hpp"
 #include "imaging/frame.hpp"
 
@@ -58,6 +59,16 @@ class UnseenLight {
   ProbeTime last_;
 };
 
+/// What a bracket reads of its frames, where CodePass or BracketPass supports it; otherwise all.
+struct Reading {
+  /// Brackets in which the whole picture is read once (RunRotation), where no lens is missing. The first bracket with
+  /// another number of exposures than the last is read whole.
+  int interleave = 1;
+  /// Largest possible error of a block that is read in part (RowSampling), relative to the luminance of all; 0: every
+  /// row is read.
+  double max_row_error = 0;
+};
+
 /// Holds the blocks of a rig and all memory for their sums. Not thread-safe.
 class SphereIntegrator {
  public:
@@ -68,10 +79,8 @@ class SphereIntegrator {
 
   /// The result is valid until the next call. `reader` must be bound to `bracket`; where exposures were excluded from
   /// blocks because of motion, it reads without them until the next bind(). `fill`: what replaces unobserved light.
-  /// `interleave`: brackets in which the whole picture is read once (RunRotation), where CodePass or BracketPass
-  /// supports the bracket and no lens is missing; otherwise, and for 1, it is read whole, as the first bracket with
-  /// another number of exposures than the last.
-  const FrameIntegral& integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill, int interleave);
+  const FrameIntegral& integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill,
+                                 const Reading& reading);
   /// After integrate(): what the next one reads again; see RunRotation::watch().
   void watch(std::span<const std::uint32_t> blocks, double unread) { rotation_.watch(blocks, unread); }
 
@@ -91,6 +100,8 @@ class SphereIntegrator {
     float x, y;
   };
 
+  /// Sums of the blocks of `read` (empty: all) by CodePass or BracketPass.
+  void sum_codes(std::span<const Frame> bracket, std::span<const std::uint8_t> read, double max_row_error);
   /// Sets the blocks of missing lenses to zero, and what integral_ holds about the observed ones. Returns the integral
   /// of their luminance. `present`: bit mask of the lenses in the bracket.
   double sum_observed(unsigned present);
@@ -107,6 +118,7 @@ class SphereIntegrator {
   BlockPass block_pass_;
   CodePass code_pass_;
   BracketPass bracket_pass_;
+  RowSampling row_sampling_;
   RunRotation rotation_;
   UnseenLight unseen_;
   FrameIntegral integral_;

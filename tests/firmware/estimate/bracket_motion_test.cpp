@@ -47,7 +47,7 @@ TEST_P(Motion, StaticNoisyScenesHaveNoMotion) {
     const RadianceOf scene = furnished_room(lamp_at(11.0 * frame), 30.0F * static_cast<float>(1 + frame));
     const Bracket bracket =
         bracket_of(rig_, table_, GetParam(), std::vector(3, scene), kThree, static_cast<std::uint64_t>(frame));
-    pass.run(bracket.frames, {}, sums);
+    pass.run(bracket.frames, {}, {}, sums);
     double light = 0;
     for (std::size_t i = 0; i < layout.size(); ++i) {
       excluded_blocks += sums.exposures[i] != 3 ? 1 : 0;
@@ -102,7 +102,7 @@ TEST_P(Motion, StaticBlocksUseAllExposures) {
   estimate::BracketPass pass(rig_, table_, layout);
   estimate::BlockSums sums(layout);
   const Bracket bracket = bracket_of(rig_, table_, GetParam(), scenes, kThree);
-  pass.run(bracket.frames, {}, sums);
+  pass.run(bracket.frames, {}, {}, sums);
   std::size_t excluded_blocks = 0;
   for (std::size_t i = 0; i < layout.size(); ++i) excluded_blocks += sums.exposures[i] != 3 ? 1 : 0;
   EXPECT_GE(excluded_blocks, 2U);

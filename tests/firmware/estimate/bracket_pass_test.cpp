@@ -56,7 +56,7 @@ void check(const Case& c) {
     BracketPass pass(rig, table, layout);
     ASSERT_TRUE(pass.supports(bracket.frames));
     BlockSums got(layout);
-    pass.run(bracket.frames, {}, got);
+    pass.run(bracket.frames, {}, {}, got);
     EXPECT_EQ(test::difference_of_parts(pass, bracket.frames, got, layout), "");
     double difference = 0;
     std::size_t excluded_blocks = 0;

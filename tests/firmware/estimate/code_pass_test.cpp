@@ -83,7 +83,7 @@ struct Passes {
     BlockSums out(layout);
     std::fill(out.sum.begin(), out.sum.end(), CellSum{1, 2, 3});
     out.noise = out.clipped_sr = 5;
-    codes.run(bracket[0], {}, out);
+    codes.run(bracket[0], {}, {}, out);
     return out;
   }
   [[nodiscard]] double deviation(const BlockSums& sums, const std::vector<reference::Rgb>& truth) const {

@@ -30,7 +30,7 @@ class Steps {
     const std::span bracket(&frame, 1);
     const Status s = reader_.bind(bracket);
     EXPECT_TRUE(s.ok()) << s.message();
-    return integrator_.integrate(reader_, bracket, fill, 1);
+    return integrator_.integrate(reader_, bracket, fill, {});
   }
   const DetectedLights& find_lights(const FrameIntegral& integral, int max_lights) {
     (void)finder_.find_brightest(reader_, integral, everything());

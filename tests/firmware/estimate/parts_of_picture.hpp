@@ -23,7 +23,7 @@ std::string difference_of_parts(Pass& pass, const Frames& frames, const estimate
     return std::vector{&sums.peak, &sums.offset_x, &sums.offset_y, &sums.clipped, &sums.block_noise, &sums.block_bias};
   };
   for (auto* values : arrays(part)) std::fill(values->begin(), values->end(), kGuard);
-  pass.run(frames, read, part);
+  pass.run(frames, read, {}, part);
   for (std::size_t i = 0; i < read.size(); ++i) {
     // Blocks without a pixel are in no part.
     if (!(layout.pixel_sr(i) > 0)) continue;

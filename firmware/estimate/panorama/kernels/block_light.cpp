@@ -14,51 +14,60 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-template <class D>
-HWY_INLINE void load_channels(D d, int channels, const hn::TFromD<D>* from, hn::Vec<D> (&out)[3]) {
-  if (channels == 3)
+template <int kChannels, class D>
+HWY_INLINE void load_channels(D d, const hn::TFromD<D>* from, hn::Vec<D> (&out)[kChannels]) {
+  if constexpr (kChannels == 3)
     hn::LoadInterleaved3(d, from, out[0], out[1], out[2]);
-  else if (channels == 2)
+  else if constexpr (kChannels == 2)
     hn::LoadInterleaved2(d, from, out[0], out[1]);
   else
     out[0] = hn::LoadU(d, from);
 }
 
-template <int kEdge>
-void SumBlocksOf(const LaneSums& lanes, int channels, std::size_t blocks, std::uint32_t* across_out) {
+template <int kEdge, int kChannels>
+void SumBlocksOf(const LaneSums& lanes, std::size_t blocks, std::uint32_t* across_out) {
   const hn::CappedTag<std::uint32_t, kEdge> d32;
   const hn::CappedTag<std::uint16_t, kEdge> d16;
-  const auto count = static_cast<std::size_t>(channels);
   for (std::size_t block = 0; block < blocks; ++block) {
-    hn::Vec<decltype(d32)> sum[3], early[3], across[3], part[3], part_early[3];
-    hn::Vec<decltype(d16)> peak[3], part_peak[3];
-    for (std::size_t c = 0; c < count; ++c) {
+    hn::Vec<decltype(d32)> sum[kChannels], early[kChannels], across[kChannels], part[kChannels], part_early[kChannels];
+    hn::Vec<decltype(d16)> peak[kChannels], part_peak[kChannels];
+    for (std::size_t c = 0; c < kChannels; ++c) {
       sum[c] = early[c] = across[c] = hn::Zero(d32);
       peak[c] = hn::Zero(d16);
     }
     const std::size_t first = block * kEdge;
     for (std::size_t i = 0; i < kEdge; i += hn::Lanes(d32)) {
-      load_channels(d32, channels, lanes.sum + (first + i) * count, part);
-      load_channels(d32, channels, lanes.early + (first + i) * count, part_early);
+      load_channels<kChannels>(d32, lanes.sum + (first + i) * kChannels, part);
+      load_channels<kChannels>(d32, lanes.early + (first + i) * kChannels, part_early);
       const auto column = hn::Iota(d32, static_cast<std::uint32_t>(i));
-      for (std::size_t c = 0; c < count; ++c) {
+      for (std::size_t c = 0; c < kChannels; ++c) {
         sum[c] = hn::Add(sum[c], part[c]);
         early[c] = hn::Add(early[c], part_early[c]);
         across[c] = hn::Add(across[c], hn::Mul(part[c], column));
       }
     }
     for (std::size_t i = 0; i < kEdge; i += hn::Lanes(d16)) {
-      load_channels(d16, channels, lanes.peak + (first + i) * count, part_peak);
-      for (std::size_t c = 0; c < count; ++c) peak[c] = hn::Max(peak[c], part_peak[c]);
+      load_channels<kChannels>(d16, lanes.peak + (first + i) * kChannels, part_peak);
+      for (std::size_t c = 0; c < kChannels; ++c) peak[c] = hn::Max(peak[c], part_peak[c]);
     }
-    for (std::size_t c = 0; c < count; ++c) {
-      const std::size_t at = block * count + c;
+    for (std::size_t c = 0; c < kChannels; ++c) {
+      const std::size_t at = block * kChannels + c;
       lanes.sum[at] = hn::GetLane(hn::SumOfLanes(d32, sum[c]));
       lanes.early[at] = hn::GetLane(hn::SumOfLanes(d32, early[c]));
       lanes.peak[at] = hn::GetLane(hn::MaxOfLanes(d16, peak[c]));
       across_out[at] = hn::GetLane(hn::SumOfLanes(d32, across[c]));
     }
   }
+}
+
+template <int kEdge>
+void SumBlocksOf(const LaneSums& lanes, int channels, std::size_t blocks, std::uint32_t* across) {
+  if (channels == 3)
+    SumBlocksOf<kEdge, 3>(lanes, blocks, across);
+  else if (channels == 2)
+    SumBlocksOf<kEdge, 2>(lanes, blocks, across);
+  else
+    SumBlocksOf<kEdge, 1>(lanes, blocks, across);
 }
 
 /// For blocks that are too narrow for a vector.
@@ -114,12 +123,13 @@ BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const B
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0F), unit = hn::Set(d, run.unit),
           plain_unit = hn::Set(d, run.plain_unit);
   const V from = hn::Set(d, run.linear_from), radiance = hn::Set(d, run.radiance), half_y = hn::Set(d, run.half_y);
-  const V radiance2 = hn::Mul(radiance, radiance);
+  const V radiance2 = hn::Mul(radiance, radiance), share = hn::Set(d, run.share), per_share = hn::Set(d, 1 / run.share);
   V noise = zero, bias = zero, clipped_sr = zero;
   for (std::size_t b = 0; b < blocks; b += lanes) {
     const auto load = [&](const float* p) HWY_ATTR { return hn::LoadU(d, p + b); };
-    const V pixels = load(weights.pixels), total = load(weights.total),
+    const V pixels = hn::Mul(share, load(weights.pixels)), total = hn::Mul(share, load(weights.total)),
             inverse_vignetting = load(weights.inverse_vignetting);
+    const V per_pixel = hn::Mul(per_share, load(weights.per_pixel));
     V light[3], mean[3], sum = zero, across = zero, down = zero, brightest = zero;
     for (std::size_t c = 0; c < 3; ++c) {
       const V s = load(codes.sum[c]), x = load(codes.across[c]), y = load(codes.down[c]);
@@ -135,10 +145,11 @@ BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const B
       } else {
         own = hn::MulAdd(unit, s, hn::Mul(from, pixels));
         own_across = hn::Mul(unit, hn::NegMulAdd(load(weights.half_x), s, x));
-        own_down = hn::Mul(unit, hn::NegMulAdd(half_y, s, y));
+        own_down = hn::MulAdd(hn::Set(d, run.row_shift), own,
+                              hn::Mul(hn::Set(d, run.unit * run.row_step), hn::NegMulAdd(half_y, s, y)));
         light[c] = hn::MulAdd(load(weights.mean), own,
                               hn::MulAdd(load(weights.along_x), own_across, hn::Mul(load(weights.along_y), own_down)));
-        mean[c] = hn::Mul(own, load(weights.per_pixel));
+        mean[c] = hn::Mul(own, per_pixel);
       }
       sum = hn::MulAdd(weight, own, sum);
       across = hn::MulAdd(weight, own_across, across);
@@ -156,12 +167,12 @@ BlockErrorSums LightOf(const BlockRun& run, const BlockWeights& weights, const B
     const V variance = hn::Add(hn::MulAdd(hn::Set(d, run.shot), hn::Max(mean[1], zero), hn::Set(d, run.read2)),
                                hn::Mul(hn::Mul(step, step), hn::Set(d, 1.0F / 12)));
     const V clipped =
-        hn::Mul(load(weights.solid_angle), hn::Min(one, hn::Mul(load(codes.clipped), load(weights.per_pixel))));
+        hn::Mul(hn::Mul(share, load(weights.solid_angle)), hn::Min(one, hn::Mul(load(codes.clipped), per_pixel)));
 
     // Masks the lanes beyond the last block.
     const std::size_t left = blocks - b;
     const auto valid = hn::FirstN(d, left);
-    const V own_noise = hn::Mul(hn::Mul(load(weights.spread), variance), radiance2);
+    const V own_noise = hn::Mul(hn::Mul(hn::Mul(share, load(weights.spread)), variance), radiance2);
     const V own_bias = hn::Mul(hn::Mul(total, near_black_bias(d, mean[1], step, run.cut_noise)), radiance);
     noise = hn::Add(noise, hn::IfThenElseZero(valid, own_noise));
     bias = hn::Add(bias, hn::IfThenElseZero(valid, own_bias));

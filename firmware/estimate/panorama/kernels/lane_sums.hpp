@@ -15,8 +15,13 @@ namespace lightwell::estimate {
 
 /// Largest number of rows per call: more would overflow 16-bit sums of codes.
 inline constexpr int kMaxRows = 16;
-/// Smallest number of lanes of a row: kernels read whole vectors, and shift the last one back.
+/// Smallest number of lanes of a row: kernels read whole vectors, and shift the last one back. The widest vector of the
+/// architecture, bytes.
+#if defined(__x86_64__)
 inline constexpr std::size_t kMinLanes = 64;
+#else
+inline constexpr std::size_t kMinLanes = 16;
+#endif
 
 /// One element per lane, the position of a sample in a row: 3 x + c for interleaved colour, else x.
 struct LaneSums {
@@ -97,10 +102,12 @@ struct BlockCodes {
 /// Constants of a run of blocks.
 struct BlockRun {
   bool weighted = false;
-  float unit = 1, plain_unit = 1;             ///< Linear value per unit of the sums, and of plain sums.
-  float linear_from = 0;                      ///< Linear value of code 0.
-  float cut_off = 0;                          ///< Weighted sums: mean truncation error of the product of a pixel.
-  float half_y = 0;                           ///< Middle row.
+  float unit = 1, plain_unit = 1;  ///< Linear value per unit of the sums, and of plain sums.
+  float linear_from = 0;           ///< Linear value of code 0.
+  float cut_off = 0;               ///< Weighted sums: mean truncation error of the product of a pixel.
+  float half_y = 0;                ///< Middle of the rows that are summed.
+  /// Where plain sums are of a part of the rows: pixels between these; their middle minus that of the block; the part.
+  float row_step = 1, row_shift = 0, share = 1;
   float radiance = 1;                         ///< Radiance per linear value.
   std::array<float, 3> white{}, luminance{};  ///< White balance; weights of luminance with it.
   float read2 = 0, shot = 0, cut_noise = 0;
