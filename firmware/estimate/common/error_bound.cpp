@@ -79,8 +79,8 @@ RelativeErrors relative_errors(const Projection& scene, const IntegrationErrors&
   out.noise = noise_rms(errors) * factor / out.rms;
   // A bias that is uniform over the sphere causes an irradiance of a quarter of its integral.
   out.near_black_bias = errors.bias / 4 * factor / out.rms;
-  out.sampling = constant_sampling + (errors.centroid_offset + errors.chroma_edge_error + std::sqrt(errors.rows)) *
-                                         factor / std::sqrt(6.0) / out.rms;
+  out.sampling = constant_sampling +
+                 (errors.centroid_offset + errors.chroma_edge_error + errors.rows) * factor / std::sqrt(6.0) / out.rms;
   // The measured light may be more than the true one by as much.
   const double least = out.rms - errors.stale * factor;
   out.stale = least > 0 ? errors.stale * factor / least : std::numeric_limits<double>::infinity();

@@ -18,7 +18,7 @@ struct IntegrationErrors {
   double centroid_offset = 0;    ///< Sum over cells of luminance times the angle between middle and centroid, rad.
   double chroma_edge_error = 0;  ///< Of the irradiance (luminance) of the lights, by shared chroma samples.
   double stale = 0;              ///< RMS irradiance that may have changed where the frame was not read.
-  double rows = 0;               ///< Sum over cells of the squared possible error by rows that were not read.
+  double rows = 0;               ///< Of the luminance of all cells, by rows that were not read.
 };
 
 /// Possible error (one sigma, luminance) of the irradiance of a light that covers `samples` samples of chroma, one for

@@ -12,6 +12,8 @@ void BlockSums::sum_totals() {
     bias += static_cast<double>(block_bias[block]);
     motion_luminance += static_cast<double>(block_motion[block]);
     rows += static_cast<double>(block_rows[block]);
+    common += static_cast<double>(block_common[block]);
+    second += static_cast<double>(block_second[block]);
   }
 }
 

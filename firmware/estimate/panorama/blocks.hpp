@@ -29,8 +29,10 @@ struct BlockSums {
   std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
   /// By block, its part of `noise`, `bias` and `motion_luminance`; filled by the passes that can leave blocks out.
   std::vector<float> block_noise, block_bias, block_motion;
-  std::vector<float> block_rows;  ///< By block, squared possible error of its light by rows that were not read.
-  double rows = 0;                ///< Sum of these.
+  /// By block, possible errors of its light by rows that were not read: squared, of those independent of other blocks;
+  /// with a sign, of first order, that all blocks may share; of second order. See RowSampling.
+  std::vector<float> block_rows, block_common, block_second;
+  double rows = 0, common = 0, second = 0;  ///< Sums of these.
   ReadStatistics counts;
 
   explicit BlockSums(const BlockLayout& layout)
@@ -43,11 +45,13 @@ struct BlockSums {
         block_noise(layout.size()),
         block_bias(layout.size()),
         block_motion(layout.size()),
-        block_rows(layout.size()) {}
+        block_rows(layout.size()),
+        block_common(layout.size()),
+        block_second(layout.size()) {}
   /// Sets the totals from those of the blocks.
   void sum_totals();
   void clear_totals() {
-    clipped_sr = noise = bias = motion_luminance = rows = 0;
+    clipped_sr = noise = bias = motion_luminance = rows = common = second = 0;
     counts = {};
   }
   /// Resets totals and `clipped`; the other arrays are overwritten by a pass.

@@ -17,6 +17,7 @@
 #include "estimate/common/smoother.hpp"
 #include "estimate/frames/flicker.hpp"
 #include "estimate/frames/row_reader.hpp"
+#include "estimate/panorama/grey_patch_reader.hpp"
 #include "estimate/panorama/light_finder.hpp"
 #include "estimate/panorama/light_texels.hpp"
 #include "estimate/panorama/row_profiler.hpp"
@@ -52,8 +53,13 @@ std::unique_ptr<SphereIntegrator> make_integrator(const RigParameters& rig, cons
 }
 
 IntegrationErrors errors_of(const FrameIntegral& integral, const DetectedLights& found) {
-  return {integral.blocks.noise,   integral.blocks.bias, integral.centroid_offset,
-          found.chroma_edge_error, integral.stale,       integral.blocks.rows};
+  const BlockSums& blocks = integral.blocks;
+  return {blocks.noise,
+          blocks.bias,
+          integral.centroid_offset,
+          found.chroma_edge_error,
+          integral.stale,
+          std::sqrt(blocks.rows) + std::abs(blocks.common) + blocks.second};
 }
 
 /// The core of a light has at least this part of its peak (light_finder.hpp).
@@ -63,7 +69,7 @@ constexpr std::size_t kMaxWatched = 8192;
 constexpr double kMaxWatchedCore_sr = 0.08;
 
 /// Largest possible error of a block that is read in part, relative to all light, as a part of epsilon.
-constexpr double kRowErrorShare = 0.01;
+constexpr double kRowErrorShare = 0.005;
 
 Projection scaled(Projection projection, double factor) {
   for (auto& c : projection.c)
@@ -132,44 +138,6 @@ int find_clipped_lights(const BlockSums& sums, const CellGrid& grid, std::span<c
   }
   return strongest;
 }
-
-/// Measures the irradiance at the normal of a Lambertian patch of known albedo that is always in view.
-class GreyPatchReader {
- public:
-  /// Refers to `table` and `layout`.
-  GreyPatchReader(const GreyPatch& patch, const RigTable& table, const BlockLayout& layout)
-      : patch_(patch), table_(table), layout_(layout), row_(table.lenses[static_cast<std::size_t>(patch.lens)].width) {}
-
-  /// pi / albedo times the mean luminance, in `reader`'s units times `factor`. nullopt: dark, saturated, missing.
-  [[nodiscard]] std::optional<DiffuseConstraint> read(RowReader& reader, double factor) {
-    if (!reader.has(patch_.lens)) return std::nullopt;
-    const LensTable& lens = table_.lenses[static_cast<std::size_t>(patch_.lens)];
-    double luminance = 0, pixels = 0;
-    ReadStatistics ignored;
-    for (int y = patch_.y; y < patch_.y + patch_.height; ++y) {
-      // A read must not extend beyond its block.
-      for (int x = patch_.x, end = 0; x < patch_.x + patch_.width; x = end) {
-        end = std::min((x | (layout_.edge() - 1)) + 1, patch_.x + patch_.width);
-        reader.read(patch_.lens, y, x, end, RowReader::Reading::with_clipped, row_, ignored);
-        for (int i = 0; i < end - x; ++i) {
-          const auto k = static_cast<std::size_t>(i);
-          if (!row_.certain && row_.clipped[k] != 0) return std::nullopt;
-          if (!(lens.solid_angle[lens.index(x + i, y)] > 0)) continue;
-          luminance += luminance_of(row_.r[k], row_.g[k], row_.b[k]);
-          ++pixels;
-        }
-      }
-    }
-    if (!(luminance > 0) || !std::isfinite(luminance)) return std::nullopt;
-    return DiffuseConstraint{patch_.normal, luminance / pixels * std::numbers::pi / patch_.albedo * factor};
-  }
-
- private:
-  GreyPatch patch_;
-  const RigTable& table_;
-  const BlockLayout& layout_;
-  LinearRow row_;
-};
 
 class PanoramaEstimator final : public Estimator {
  public:

@@ -14,10 +14,20 @@ namespace {
 
 /// Blocks of fewer rows are read whole.
 constexpr int kMinEdge = 8;
-/// A ratio of linear values that is further from 1 says that the rows differ too much.
-constexpr float kMaxCorrection = 0.25F;
+/// A correction that is further from 1 is unsure, and limited.
+constexpr float kSureCorrection = 0.1F, kLargestCorrection = 0.5F;
 /// The correction assumes one colour, and f at the mean code: so much of it may be wrong.
-constexpr float kCorrectionError = 0.5F;
+constexpr float kCorrectionError = 0.25F;
+/// Rows of the brightest sample that may have been missed, by rows that are decoded at once. In a room with fine
+/// structure (row_sampling_test), the error is up to half of the root of the sum of their squares.
+constexpr float kMissedRows = 0.5F;
+/// Part of a correction that may be wrong with the same sign in all blocks: rows that alternate between two codes, one
+/// of which is read more often.
+constexpr float kCommonError = 0.1F;
+/// The same for the squares of the corrections: a ratio of means has a bias of second order (Cochran 1977, eq. 6.33).
+constexpr float kBias = 0.5F;
+/// Where the sum of these over all blocks is more than this times the limit of a block, all rows are read.
+constexpr double kMaxCommon = 40;
 /// Noise makes the brightest of a block's samples brighter by so many standard deviations.
 constexpr float kNoiseSigmas = 4;
 /// The raw samples of a bracket are those of the longest exposure in which the block's mean is at most this linear
@@ -33,9 +43,9 @@ float interpolate(const std::vector<float>& linear, float code) {
   return linear[i] + (linear[i + 1] - linear[i]) * (at - static_cast<float>(i));
 }
 
-/// `unit`: rows that share their colour.
-SampledRows rows_of(int edge, int unit) {
-  SampledRows rows{.unit = unit, .units = unit == 1 ? 3 : 2};
+/// `unit`: rows that are decoded at once. `units`: of these that are read.
+SampledRows rows_of(int edge, int unit, int units) {
+  SampledRows rows{.unit = unit, .units = units};
   const auto whole_units = [unit](int n) { return n / unit * unit; };
   rows.step = whole_units((edge + rows.units - 1) / rows.units);
   rows.offset = whole_units((edge - unit - rows.step * (rows.units - 1)) / 2);
@@ -61,7 +71,8 @@ RowSampling::RowSampling(const RigParameters& rig, const RigTable& table, const 
       sampled_(layout.size()),
       whole_(layout.size()),
       inverse_vignetting_(layout.size(), 1),
-      solid_angle_(layout.size()) {
+      solid_angle_(layout.size()),
+      errors_(layout.size()) {
   if (plane.empty() || layout.edge() < kMinEdge) return;
   for (std::size_t block = 0; block < layout.size(); ++block) {
     const BlockLayout::Place& place = layout.place(block);
@@ -77,10 +88,10 @@ RowSampling::RowSampling(const RigParameters& rig, const RigTable& table, const 
     solid_angle_[block] = static_cast<float>(sr);
     inverse_vignetting_[block] = static_cast<float>(weights / sr);
   }
-  for (std::size_t k = 0; k < units_.size(); ++k) {
-    units_[k].rows = rows_of(layout.edge(), static_cast<int>(k) + 1);
-    plan(table, units_[k]);
-  }
+  single_.rows = rows_of(layout.edge(), 1, 3);
+  pairs_.rows = rows_of(layout.edge(), 2, 2);
+  bracket_.rows = rows_of(layout.edge(), 1, 2);
+  for (Reading* reading : {&single_, &pairs_, &bracket_}) plan(table, *reading);
   for (const LensParameters& lens : rig.lenses) {
     const PhotometricCalibration& photometry = lens.photometry;
     Lens& out = lenses_.emplace_back();
@@ -94,7 +105,7 @@ RowSampling::RowSampling(const RigParameters& rig, const RigTable& table, const 
   }
 }
 
-void RowSampling::plan(const RigTable& table, Unit& out) const {
+void RowSampling::plan(const RigTable& table, Reading& out) const {
   const int edge = layout_.edge();
   out.scale.assign(layout_.size(), 0);
   out.shift.assign(layout_.size(), 0);
@@ -126,11 +137,11 @@ bool RowSampling::supports(std::span<const Frame> bracket) const {
   return true;
 }
 
-SampledRows RowSampling::rows(std::span<const Frame> bracket) const {
+const RowSampling::Reading& RowSampling::reading_of(std::span<const Frame> bracket) const {
   const PixelFormat format = bracket.front().views().front().format;
-  // CodePass converts two rows of NV12 at once; in a bracket, merging costs more than that.
-  const bool pairs = is_bayer(format) || (format == PixelFormat::nv12 && bracket.size() == 1);
-  return units_[pairs ? 1 : 0].rows;
+  if (is_bayer(format)) return pairs_;
+  if (bracket.size() > 1) return bracket_;
+  return format == PixelFormat::nv12 ? pairs_ : single_;
 }
 
 std::span<const std::uint8_t> RowSampling::sampled(std::span<const std::uint8_t> read) {
@@ -188,13 +199,13 @@ RowSampling::Scan RowSampling::scan(const View& view, const BlockLayout::Place& 
           linear[std::min<std::size_t>(codes.largest, linear.size() - 1)], codes.largest >= lens.saturated_from[depth]};
 }
 
-float RowSampling::estimate_block(std::size_t block, const Unit& unit, BlockSums& blocks) const {
-  constexpr float kReadWhole = std::numeric_limits<float>::infinity();
+RowSampling::Error RowSampling::estimate_block(std::size_t block, const Reading& reading, BlockSums& blocks) const {
+  constexpr Error kReadWhole{std::numeric_limits<float>::infinity(), 0, 0};
   const BlockLayout::Place& place = layout_.place(block);
   const auto lens_number = static_cast<std::size_t>(place.lens);
   const Lens& lens = lenses_[lens_number];
   if (blocks.block_motion[block] > 0) return kReadWhole;
-  const float scale = unit.scale[block], sr = solid_angle_[block];
+  const float scale = reading.scale[block], sr = solid_angle_[block];
   CellSum& sum = blocks.sum[block];
   // Of the brightest channel, before white balance.
   const auto& w = lens.inverse_white;
@@ -207,49 +218,58 @@ float RowSampling::estimate_block(std::size_t block, const Unit& unit, BlockSums
     if (k + 1 < exposure_count_ && brightest > kWellExposed * radiance_per_linear) continue;
     const View* view = exposures_[k].views[lens_number];
     if (view == nullptr) return kReadWhole;
-    scanned = scan(*view, place, unit.rows);
+    scanned = scan(*view, place, reading.rows);
   }
 
-  const float change = scanned.all - scanned.read;
-  const bool proportional = std::abs(change) <= kMaxCorrection * scanned.read;
-  const float factor = proportional && scanned.read > 0 ? scale * (scanned.all / scanned.read) : scale;
-  sum = sum * factor;
+  const float correction =
+      scanned.read > 0 ? std::clamp(scanned.all / scanned.read - 1, -kLargestCorrection, kLargestCorrection) : 0;
+  sum = sum * (scale * (1 + correction));
   blocks.block_noise[block] *= scale * scale;
   blocks.block_bias[block] *= scale;
   blocks.clipped[block] *= scale;
   const float luminance = sum.luminance();
-  if (luminance > 0) blocks.offset_y[block] = (blocks.offset_y[block] - unit.shift[block]) * unit.gradient;
+  if (luminance > 0) blocks.offset_y[block] = (blocks.offset_y[block] - reading.shift[block]) * reading.gradient;
   if (scanned.saturated && blocks.clipped[block] < 0.999F * sr) return kReadWhole;
 
   const int edge = layout_.edge();
-  const float noise = std::sqrt(blocks.block_noise[block] * static_cast<float>(edge * unit.rows.count(edge)));
+  const float noise = std::sqrt(blocks.block_noise[block] * static_cast<float>(edge * reading.rows.count(edge)));
   const float excess = (scanned.largest * radiance_per_linear - brightest) * sr - kNoiseSigmas * noise;
-  // A row of the brightest sample may have been missed.
-  const float missed = std::max(excess, 0.0F) * lens.largest_white / static_cast<float>(edge);
-  return missed + kCorrectionError * (proportional ? std::abs(factor / scale - 1) * luminance
-                                                   : std::abs(change) * radiance_per_linear * sr);
+  const float missed = kMissedRows * static_cast<float>(reading.rows.unit) * std::max(excess, 0.0F) *
+                       lens.largest_white / static_cast<float>(edge);
+  const float corrected = correction * luminance, unsure = std::abs(correction) > kSureCorrection ? 4.0F : 1.0F;
+  return {missed + unsure * kCorrectionError * std::abs(corrected), unsure * kCommonError * corrected,
+          unsure * kBias * correction * corrected};
 }
 
 std::span<const std::uint8_t> RowSampling::estimate(std::span<const Frame> bracket,
                                                     std::span<const std::uint8_t> sampled, double max_error,
                                                     BlockSums& blocks) {
   sort(bracket);
-  const Unit& unit = units_[static_cast<std::size_t>(rows(bracket).unit - 1)];
+  const Reading& reading = reading_of(bracket);
   double luminance = 0;
   for (std::size_t block = 0; block < sampled.size(); ++block) {
-    if (sampled[block] != 0) blocks.block_rows[block] = estimate_block(block, unit, blocks);
+    if (sampled[block] != 0) errors_[block] = estimate_block(block, reading, blocks);
     luminance += static_cast<double>(blocks.sum[block].luminance());
   }
   const auto limit = static_cast<float>(max_error * luminance);
+  double common = 0, bias = 0;
   for (std::size_t block = 0; block < sampled.size(); ++block) {
     whole_[block] = 0;
     if (sampled[block] == 0) continue;
+    const Error& error = errors_[block];
     // NaN is read whole, too.
-    const bool fits = blocks.block_rows[block] <= limit;
+    const bool fits = error.own <= limit;
     whole_[block] = fits ? 0 : 1;
-    blocks.block_rows[block] = fits ? blocks.block_rows[block] * blocks.block_rows[block] : 0;
+    blocks.block_rows[block] = fits ? error.own * error.own : 0;
+    blocks.block_common[block] = fits ? error.common : 0;
+    blocks.block_second[block] = fits ? error.bias : 0;
+    common += static_cast<double>(blocks.block_common[block]);
+    bias += static_cast<double>(blocks.block_second[block]);
   }
-  return whole_;
+  if (std::abs(common) + bias <= kMaxCommon * static_cast<double>(limit)) return whole_;
+  for (std::size_t block = 0; block < sampled.size(); ++block)
+    if (sampled[block] != 0) blocks.block_rows[block] = blocks.block_common[block] = blocks.block_second[block] = 0;
+  return sampled;
 }
 
 }  // namespace lightwell::estimate

@@ -10,7 +10,10 @@
 //              f is linear and the colour of the block is uniform
 //   whole      blocks that this may get wrong by more than a limit are read again with all rows: small bright lights,
 //              edges of windows, saturated pixels, motion between exposures
-//   error      the possible errors of the others, which are independent of each other, are part of the bound
+//   error      the possible errors of the others are part of the bound: in quadrature, because they are independent,
+//   and
+//              a tenth of the corrections and half of their squares as sums. Where these are large (stripes all
+//              around), all rows are read
 //
 // There is no memory of earlier frames: constant light gives the same sums in every frame.
 #pragma once
@@ -42,7 +45,7 @@ class RowSampling {
   /// Whether some blocks can be sampled, at a gain: pictures of integer codes in one format, which must be decoded.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
   /// The rows that are read of a block.
-  [[nodiscard]] SampledRows rows(std::span<const Frame> bracket) const;
+  [[nodiscard]] SampledRows rows(std::span<const Frame> bracket) const { return reading_of(bracket).rows; }
 
   /// By block, those of `read` (empty: of all) that are sampled. Valid until the next call of this object.
   [[nodiscard]] std::span<const std::uint8_t> sampled(std::span<const std::uint8_t> read);
@@ -63,8 +66,8 @@ class RowSampling {
     float largest;
     bool saturated;
   };
-  /// Precomputed for a unit of rows.
-  struct Unit {
+  /// Precomputed for a choice of rows.
+  struct Reading {
     SampledRows rows;
     std::vector<float> scale;  ///< By block, its solid angle over that of the rows that are read.
     std::vector<float> shift;  ///< By block, the middle of the rows that are read minus that of the block, pixels.
@@ -80,17 +83,23 @@ class RowSampling {
     float radiance_per_linear;
     std::array<const View*, kMaxLenses> views;
   };
-  void plan(const RigTable& table, Unit& out) const;
+  void plan(const RigTable& table, Reading& out) const;
+  [[nodiscard]] const Reading& reading_of(std::span<const Frame> bracket) const;
   void sort(std::span<const Frame> bracket);
   [[nodiscard]] Scan scan(const View& view, const BlockLayout::Place& place, const SampledRows& rows) const;
-  /// Returns the possible error of the block, in units of BlockSums::sum; infinite where it must be read whole.
-  [[nodiscard]] float estimate_block(std::size_t block, const Unit& unit, BlockSums& blocks) const;
+  /// Possible errors of a block, in units of BlockSums::sum: independent of other blocks, infinite where it must be
+  /// read whole; with the sign of its correction; and of second order.
+  struct Error {
+    float own, common, bias;
+  };
+  [[nodiscard]] Error estimate_block(std::size_t block, const Reading& reading, BlockSums& blocks) const;
 
   const BlockLayout& layout_;
   std::vector<Lens> lenses_;
   std::vector<std::uint8_t> plane_, sampled_, whole_;
-  std::array<Unit, 2> units_;  ///< Of one row, and of two.
+  Reading single_, pairs_, bracket_;  ///< For one exposure; where two rows share their colour; for brackets.
   std::vector<float> inverse_vignetting_, solid_angle_;
+  std::vector<Error> errors_;                      ///< By block.
   std::array<Exposure, kMaxBracket> exposures_{};  ///< Of the current bracket, longest first.
   std::size_t exposure_count_ = 0;
   bool any_ = false;

@@ -95,6 +95,8 @@ void RunRotation::set(std::size_t run, const BlockSums& blocks, std::span<const 
     sums.clipped_sr += static_cast<double>(blocks.clipped[block]);
     sums.motion_luminance += static_cast<double>(blocks.block_motion[block]);
     sums.rows += static_cast<double>(blocks.block_rows[block]);
+    sums.common += static_cast<double>(blocks.block_common[block]);
+    sums.second += static_cast<double>(blocks.block_second[block]);
   }
   add_change(total_);
   if (in_group(run) || !all_) {
@@ -134,6 +136,8 @@ RunRotation::Sums RunRotation::finish_frame(Projection& out) {
     all.clipped_sr += of_run.clipped_sr;
     all.motion_luminance += of_run.motion_luminance;
     all.rows += of_run.rows;
+    all.common += of_run.common;
+    all.second += of_run.second;
     all.centroid_offset += of_run.centroid_offset;
   }
   return all;

@@ -173,7 +173,8 @@ void SphereIntegrator::sum_codes(std::span<const Frame> bracket, std::span<const
       bracket_pass_.run(bracket, of_blocks, rows, blocks);
   };
   for_each_read(read, 0, blocks.sum.size(), [&](std::size_t first, std::size_t last) {
-    std::fill(&blocks.block_rows[first], blocks.block_rows.data() + last, 0.0F);
+    for (auto* errors : {&blocks.block_rows, &blocks.block_common, &blocks.block_second})
+      std::fill(errors->data() + first, errors->data() + last, 0.0F);
   });
   if (!(max_row_error > 0) || !row_sampling_.supports(bracket)) return sum(read, {});
   const std::span<const std::uint8_t> sampled = row_sampling_.sampled(read);
@@ -215,6 +216,8 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
     out.blocks.clipped_sr = sums.clipped_sr;
     out.blocks.motion_luminance = sums.motion_luminance;
     out.blocks.rows = sums.rows;
+    out.blocks.common = sums.common;
+    out.blocks.second = sums.second;
     out.centroid_offset = sums.centroid_offset;
     out.stale = rotation_.stale();
   } else {
