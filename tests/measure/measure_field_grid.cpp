@@ -3,7 +3,8 @@
 // object per line.
 //
 // The grid fills the room but for a margin. Lights are in the harmonics, or apart: then those of the file are added as
-// an engine without shadows shades them. Spacing 0: no grid, the file has the point itself.
+// an engine without shadows shades them. A field with the room's geometry knows what hides a lamp from a point of the
+// grid, which is then interpolated as well. Spacing 0: no grid, the file has the point itself.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -12,6 +13,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -89,8 +91,8 @@ struct Squares {
 
 class GridMeasure {
  public:
-  GridMeasure(const FieldRoom& room, const LightField& field, GridLights lights)
-      : room_(room), field_(field), lights_(lights) {}
+  GridMeasure(const FieldRoom& room, const LightField& field, std::string method, GridLights lights)
+      : room_(room), field_(field), method_(std::move(method)), lights_(lights) {}
 
   void measure(double spacing_m) const {
     const Vec3d half{room_.size.x / 2 - kMargin_m, 0, room_.size.z / 2 - kMargin_m};
@@ -102,7 +104,7 @@ class GridMeasure {
                                                      {half.x, room_.size.y - kMargin_m, half.z}, spacing_m)));
       ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
     }
-    double interpolation = 0, to_truth = 0;
+    double interpolation = 0, to_truth = 0, to_truth_visible = 0;
     std::vector<double> interpolations;
     std::size_t visible = 0, without_light = 0;
     for (const PointTruth& point : room_.points) {
@@ -125,13 +127,15 @@ class GridMeasure {
       }
       interpolation += of_interpolation.relative_square();
       interpolations.push_back(std::sqrt(of_interpolation.relative_square()));
-      if (!point.visible()) continue;
       to_truth += of_truth.relative_square();
+      if (!point.visible()) continue;
+      to_truth_visible += of_truth.relative_square();
       ++visible;
     }
     std::ranges::sort(interpolations);
     const std::size_t lit = interpolations.size();
     measure::print_line({{"room", room_.name},
+                         {"method", method_},
                          {"grid_lights", lights_ == GridLights::apart ? "apart" : "in harmonics"},
                          {"spacing_m", spacing_m},
                          {"grid_points", grid ? grid->size() : 0},
@@ -141,7 +145,8 @@ class GridMeasure {
                          {"visible", visible},
                          {"interpolation_square", interpolation / static_cast<double>(lit)},
                          {"interpolation_95", interpolations.at(lit * 95 / 100)},
-                         {"truth_square_visible", to_truth / static_cast<double>(visible)}});
+                         {"truth_square", to_truth / static_cast<double>(lit)},
+                         {"truth_square_visible", to_truth_visible / static_cast<double>(visible)}});
   }
 
  private:
@@ -153,6 +158,7 @@ class GridMeasure {
 
   const FieldRoom& room_;
   const LightField& field_;
+  std::string method_;
   GridLights lights_;
   test::TempDir folder_;
 };
@@ -164,9 +170,15 @@ void measure_room(const std::string& name) {
   for (std::size_t k = 0; k < samples.size(); ++k) require(field.set("probe " + std::to_string(k), samples[k]));
   (void)field.update({});
   for (const GridLights lights : {GridLights::in_harmonics, GridLights::apart}) {
-    const GridMeasure grid(room, field, lights);
+    const GridMeasure grid(room, field, "field", lights);
     for (const double spacing : kSpacings_m) grid.measure(spacing);
   }
+  if (!field_has_geometry()) return;
+  const measure::RoomGeometry geometry = measure::geometry_of(room);
+  require(field.set_geometry({geometry.vertices, geometry.indices}));
+  (void)field.update({});
+  const GridMeasure grid(room, field, "field with geometry", GridLights::in_harmonics);
+  for (const double spacing : kSpacings_m) grid.measure(spacing);
 }
 
 }  // namespace
