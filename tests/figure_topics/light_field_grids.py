@@ -1,6 +1,6 @@
 """Part grids of the topic light_field: grids of light probes for engines (lightwell-field --grid) in the path-traced
-rooms of tests/reference/mitsuba/field: what interpolation between points adds, against the spacing of the grid. Spacings,
-margin and definitions (tests/measure/measure_field_grid.cpp) were fixed before the first measurement.
+rooms of tests/reference/mitsuba/field: what interpolation between points adds, against the spacing of the grid.
+Spacings, margin and definitions (tests/measure/measure_field_grid.cpp) were fixed before the first measurement.
 """
 import math
 
@@ -31,7 +31,8 @@ def rows_of(lines):
         if spacing:
             yield reported(what + "RMS error of irradiance by interpolation",
                            pooled(same, "interpolation_square", "lit"), "", real)
-            yield reported(what + "the same, 95 %, worst room", max(line["interpolation_95"] for line in same), "", real)
+            yield reported(what + "the same, 95 %, worst room", max(line["interpolation_95"] for line in same), "",
+                           real)
         if method == "field":
             yield reported(what + "RMS error of irradiance, visible points",
                            pooled(same, "truth_square_visible", "visible"), "", real)
@@ -42,7 +43,8 @@ def rows_of(lines):
     if timed:
         points = sum(line["grid_points"] for line in timed)
         yield reported("points whose cell has no light", sum(line["without_light"] for line in lines), "", REAL)
-        yield reported("a point of a grid, written and read", sum(line["grid_ms"] for line in timed) / points, "ms", REAL)
+        ms = sum(line["grid_ms"] for line in timed)
+        yield reported("a point of a grid, written and read", ms / points, "ms", REAL)
 
 
 def measure_grids(programs, say):

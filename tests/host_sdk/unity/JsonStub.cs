@@ -1,5 +1,5 @@
-// UnityEngine.JsonUtility for the classes of Samples~/LightGrid: public fields that are numbers, strings, arrays of these
-// or of such classes. Other keys are ignored, absent ones leave a field as it is, text that is no JSON is an
+// UnityEngine.JsonUtility for the classes of Samples~/LightGrid: public fields that are numbers, strings, arrays of
+// these or of such classes. Other keys are ignored, absent ones leave a field as it is, text that is no JSON is an
 // ArgumentException: as in Unity's manual, "JSON serialization".
 using System;
 using System.Collections.Generic;
@@ -37,7 +37,8 @@ namespace UnityEngine
             if (!type.IsSerializable) throw new InvalidOperationException(type + " is not [Serializable]");
             var made = Activator.CreateInstance(type);
             foreach (var field in type.GetFields())
-                if (members.ContainsKey(field.Name)) field.SetValue(made, ObjectOf(field.FieldType, members[field.Name]));
+                if (members.ContainsKey(field.Name))
+                    field.SetValue(made, ObjectOf(field.FieldType, members[field.Name]));
             return made;
         }
 

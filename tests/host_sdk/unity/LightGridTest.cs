@@ -138,7 +138,8 @@ internal static class LightGridTest
     {
         var grid = LightGrid.Parse(json);
         Check(grid.lights.Length == 3, "two lamps and the sun");
-        var component = new LightGridProbes { file = new TextAsset { text = json }, exposure = 2, highDefinition = true };
+        var component = new LightGridProbes { file = new TextAsset { text = json }, exposure = 2 };
+        component.highDefinition = true;
         LightmapSettings.lightProbes = new LightProbes { positions = new Vector3[0],
                                                          bakedProbes = new SphericalHarmonicsL2[0] };
         Enable(component);
@@ -148,7 +149,8 @@ internal static class LightGridTest
         {
             var light = (Light)component.transform.children[i].gameObject.component;
             Check(light.type == (grid.lights[i].type == "Point" ? LightType.Point : LightType.Directional), "its type");
-            Check(Math.Abs(light.intensity - 2 * Math.PI * grid.lights[i].intensity) < 1e-4 * light.intensity, "candela");
+            var candela = 2 * Math.PI * grid.lights[i].intensity;
+            Check(Math.Abs(light.intensity - candela) < 1e-4 * candela, "twice the candela");
             Check(component.transform.children[i].localPosition.z == grid.lights[i].position[2], "its place");
         }
     }

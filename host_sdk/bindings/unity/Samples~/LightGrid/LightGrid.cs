@@ -2,8 +2,8 @@ using System;
 using UnityEngine;
 using UnityEngine.Rendering;
 
-/// <summary>A file of `lightwell field --grid`: light probes at the points of a box, x fastest, then y, then z. The keys
-/// of the file are the fields; they are described in host_sdk/tools/lightwell_field/README.md.</summary>
+/// <summary>A file of `lightwell field --grid`: light probes at the points of a box, x fastest, then y, then z. The
+/// fields are the keys of the file, which host_sdk/tools/lightwell_field/README.md describes.</summary>
 [Serializable]
 public sealed class LightGrid
 {
@@ -51,7 +51,7 @@ public sealed class LightGrid
     }
 
     /// <summary>Trilinear between the points around `position` (m, the grid's axes) that have light. False, and no
-    /// harmonics, outside the box and where no point has light. Along an axis of one point every position counts.</summary>
+    /// harmonics, outside the box and where no point has light. An axis of one point has no limits.</summary>
     public bool Sample(Vector3 position, out SphericalHarmonicsL2 harmonics)
     {
         harmonics = new SphericalHarmonicsL2();
@@ -70,10 +70,10 @@ public sealed class LightGrid
         var sum = 0f;
         for (var corner = 0; corner < 8; ++corner)
         {
-            var weight = Weight(corner & 1, part[0]) * Weight(corner >> 1 & 1, part[1]) * Weight(corner >> 2, part[2]);
+            int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
+            var weight = Weight(x, part[0]) * Weight(y, part[1]) * Weight(z, part[2]);
             if (weight <= 0) continue;
-            var point = cell[0] + (corner & 1) +
-                        counts[0] * (cell[1] + (corner >> 1 & 1) + counts[1] * (cell[2] + (corner >> 2)));
+            var point = cell[0] + x + counts[0] * (cell[1] + y + counts[1] * (cell[2] + z));
             if (validity[point] == 0) continue;
             sum += weight;
             for (var rgb = 0; rgb < 3; ++rgb)

@@ -3,7 +3,8 @@ using UnityEngine;
 using UnityEngine.Rendering;
 
 /// <summary>Sets the scene's light probes, and lights, from a file of `lightwell field --grid`. The scene needs a Light
-/// Probe Group that was baked once: its positions stay, its light is replaced. The grid's origin is this object.</summary>
+/// Probe Group that was baked once: its positions stay, its light is replaced. This object is at the grid's origin; its
+/// rotation and scale do not count.</summary>
 public sealed class LightGridProbes : MonoBehaviour
 {
     public TextAsset file;
