@@ -5,6 +5,7 @@ using System.Globalization;
 using System.IO;
 using System.Linq;
 using System.Reflection;
+using System.Text.RegularExpressions;
 using UnityEngine;
 using UnityEngine.Rendering;
 
@@ -96,7 +97,11 @@ internal static class LightGridTest
             json.Replace("\"version\":1", "\"version\":2"), json.Replace("\"counts\":[", "\"counts\":[9,"),
             json.Replace("\"counts\":[", "\"counts\":[-1,"), json.Replace("\"counts\":[", "\"counts\":[2000000000,"),
             json.Replace("\"validity\":[", "\"validity\":[1,"), json.Replace("\"bound\":[", "\"unknown\":["),
-            json.Replace("\"sphericalHarmonicsL2\":[", "\"sphericalHarmonicsL2\":[0,") };
+            json.Replace("\"sphericalHarmonicsL2\":[", "\"sphericalHarmonicsL2\":[0,"),
+            Regex.Replace(json, "(L2\":\\[)[^,]*", "${1}1e39"),
+            Regex.Replace(json, "(\"origin\":\\[)[^,]*", "${1}1e39"),
+            json.Replace("\"spacing\":[", "\"spacing\":[-"),
+            json.Replace("\"lights\":[", "\"lights\":[{\"type\":\"Point\"}") };
         for (var i = 0; i < damaged.Length; ++i)
         {
             try
@@ -107,6 +112,9 @@ internal static class LightGridTest
             catch (FormatException e)
             {
                 Check(e.Message.Contains("grid"), e.Message);
+                var own = new[] { "not finite", "not finite", "spacing", "a light" };
+                var last = i - (damaged.Length - own.Length);
+                Check(last < 0 || e.Message.Contains(own[Math.Max(last, 0)]), "damage " + i + ": " + e.Message);
             }
         }
     }

@@ -47,6 +47,15 @@ public sealed class LightGrid
             !HasLength(grid.validity, points) || !HasLength(grid.flags, points) || !HasLength(grid.bound, points) ||
             !HasLength(grid.residual, points) || !HasLength(grid.sphericalHarmonicsL2, 27 * points))
             throw new FormatException("the grid's arrays do not have a value for each of its points");
+        for (var axis = 0; axis < 3; ++axis)
+            if (grid.counts[axis] > 1 && !(grid.spacing[axis] > 0))
+                throw new FormatException("the grid's spacing is not positive");
+        if (!AreFinite(grid.origin) || !AreFinite(grid.spacing) || !AreFinite(grid.sphericalHarmonicsL2))
+            throw new FormatException("the grid holds a number that is not finite");
+        foreach (var lamp in grid.lights ?? (grid.lights = new Lamp[0]))
+            if (lamp == null || !HasLength(lamp.position, 3) || !HasLength(lamp.forward, 3) ||
+                !HasLength(lamp.color, 3))
+                throw new FormatException("a light of the grid lacks its position, direction or colour");
         return grid;
     }
 
@@ -86,6 +95,8 @@ public sealed class LightGrid
     }
 
     private static float Weight(int upper, float part) => upper != 0 ? part : 1 - part;
+
+    private static bool AreFinite(float[] values) => Array.TrueForAll(values, v => v - v == 0);
 
     private static bool HasLength(Array array, long length) => array != null && array.LongLength == length;
 }

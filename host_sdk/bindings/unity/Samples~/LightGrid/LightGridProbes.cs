@@ -45,7 +45,7 @@ public sealed class LightGridProbes : MonoBehaviour
             ++Lit;
         }
         probes.bakedProbes = light;
-        if (grid.lights != null && transform.childCount == 0)
+        if (transform.childCount == 0)
             foreach (var lamp in grid.lights) Add(lamp);
     }
 
