@@ -6,7 +6,8 @@ include(CMakePackageConfigHelpers)
 #   daemon        the probe: lightwelld, its service, marker bodies, the USB gadget
 #   library       liblightwell.so.1
 #   development   headers, static libraries, CMake package, pkg-config, .proto files; sources and packages for C#, Unity, npm
-#   tools         programs of the firmware and of the SDK, the OpenXR layer, the host's udev rule
+#   tools         programs of the firmware and of the SDK, the OpenXR layer, liblightwell's module of the light field, the
+#                 host's udev rule
 #   python        the Python package
 
 # Builds whatever the components daemon, library and tools install: what the emulated board needs.

@@ -172,7 +172,8 @@ lightwell_debian_package(lightwell-tools tools
     "lightwell-calibrate calibrates cameras, lightwell-estimate estimates the light"
     "of pictures, lightwell-eval measures accuracy, lightwell_plot.py draws charts."
     "Where they were built: ar_viewer draws virtual objects in a probe's light, and"
-    "an OpenXR API layer gives applications XR_ANDROID_light_estimation."
+    "an OpenXR API layer gives applications XR_ANDROID_light_estimation;"
+    "lightwell-field and a module for liblightwell have light between probes."
     "."
     "A udev rule lets users at this machine open a probe on a USB cable.")
 if("tools" IN_LIST CPACK_COMPONENTS_ALL)

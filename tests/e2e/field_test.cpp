@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <fstream>
 #include <limits>
 #include <memory>
 #include <string>
@@ -185,8 +186,9 @@ void expect_gltf(const std::string& path) {
 
 TEST_F(FieldToolTest, FiftyProbesOfABrokerComeAndGo) {
   add(0, 50);
-  const std::string gltf = folder_.path("hall.gltf");
-  Child tool({LIGHTWELL_CLI, "field", broker_.uri("venue/+"), "--json", "--gltf", gltf});
+  const std::string gltf = folder_.path("hall.gltf"), grid = folder_.path("hall.json");
+  Child tool({LIGHTWELL_CLI, "field", broker_.uri("venue/+"), "--json", "--gltf", gltf, "--grid", grid,
+              "--from=-1,1,-1", "--to=1,1,1", "--spacing", "1", "--lights-apart"});
   ASSERT_TRUE(lists(tool, 50));
   expect_hall(newest(tool));
   probes_.erase(probes_.begin() + 10, probes_.begin() + 30);
@@ -200,6 +202,12 @@ TEST_F(FieldToolTest, FiftyProbesOfABrokerComeAndGo) {
 #ifdef LIGHTWELL_HAVE_TINYGLTF
   expect_gltf(gltf);
 #endif
+  const json probes = json::parse(std::ifstream(grid));
+  EXPECT_EQ(probes.at("validity"), json(std::vector<int>(9, 1)));
+  EXPECT_EQ(probes.at("lights").size(), 3U);
+  // Even radiance L: irradiance over pi is L in the first coefficient; what is dim is in no lamp.
+  EXPECT_NEAR(probes.at("sphericalHarmonicsL2").at(0).get<double>(), static_cast<double>(kHall.ambient) * 0.282095,
+              0.05 * static_cast<double>(kHall.ambient) * 0.282095);
 }
 
 /// The distance of the placed light that is nearest to a point.
@@ -263,6 +271,21 @@ TEST_F(FieldToolTest, SaysWhyAProbeGivesNoLight) {
   EXPECT_EQ(tool.wait(), (ExitStatus{1, 0}));
   EXPECT_THAT(tool.out(), HasSubstr("venue/nobody  unreachable: "));
   EXPECT_THAT(tool.err(), HasSubstr("no probe gave light"));
+}
+
+TEST_F(FieldToolTest, RefusesAGridBeforeItConnects) {
+  const std::vector<std::string> base{LIGHTWELL_CLI, "field", "grpc://host", "--grid", folder_.path("grid.json")};
+  const auto refusal = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = base;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    Child tool(arguments);
+    EXPECT_EQ(tool.wait(), (ExitStatus{2, 0}));
+    return tool.err();
+  };
+  EXPECT_THAT(refusal({}), HasSubstr("--from"));
+  EXPECT_THAT(refusal({"--from=0,0,0", "--to=nan,1,1"}), HasSubstr("X,Y,Z in metres"));
+  EXPECT_THAT(refusal({"--from=0,0,0", "--to=1,-1,1"}), HasSubstr("along y"));
+  EXPECT_THAT(refusal({"--from=0,0,0", "--to=1,1,1", "--spacing=0.01"}), HasSubstr("100000 points"));
 }
 
 TEST_F(FieldToolTest, RefusesAPatternThatIsNoLevelOfATopic) {

@@ -35,7 +35,7 @@ extern "C" {
 #endif
 
 /* Of this header. The upper 16 bits (and the SONAME) change with incompatible changes, the lower 16 with additions. */
-#define LW_ABI_VERSION 0x00010009
+#define LW_ABI_VERSION 0x0001000a
 
 #define LW_ZERO_TERMINATED SIZE_MAX /* As a length: the text ends with a zero byte. */
 

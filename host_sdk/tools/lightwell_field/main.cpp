@@ -18,6 +18,7 @@
 
 #include "common.hpp"
 #include "field_gltf.hpp"
+#include "field_grid.hpp"
 #include "field_probes.hpp"
 
 namespace {
@@ -35,6 +36,11 @@ A + in the topic of a broker stands for one level: its probes are searched every
 come and go while it runs. One block per second until Ctrl-C.
 --gltf writes the last state when it ends: placed and distant lights (KHR_lights_punctual; lux and candela
 if units are absolute) and the rest at the middle of the probes (EXT_lights_image_based).
+--grid writes the light at each point of a box as Unity's SphericalHarmonicsL2, for light probes:
+  lightwell field mqtt://broker/venue/+ --seconds 5 --grid hall.json --from=-4,0,-3 --to=4,3,3 --spacing 0.5
+from and to are in metres, in the field's axes (+Y up, -Z forward); the file has Unity's (+Z forward). At
+most 100000 points. --lights-apart leaves lamps that shine evenly out of the harmonics and lists them as
+lights, which the engine shades and shadows. The sample LightGrid of the Unity package loads the file.
 Keys with --json, an object per second: seconds, units, probes (name, state, reason, position, scale,
 lights, matched, ambiguous) and lights (id, placed, position, sigma_m, direction, sigma_rad, intensity,
 radius, probes). state: used, stale, expired, wrong_clock, wrong_pose, wrong_scale, contradicted,
@@ -111,12 +117,25 @@ void print_text(const FieldState& state, const std::vector<FieldProbes::Absent>&
 /// What the arguments say.
 struct Arguments {
   std::vector<std::string> uris;
-  std::string gltf;    ///< File to write; empty: none.
+  std::string gltf;  ///< File to write; empty: none.
+  std::string grid;  ///< The same.
+  std::string from, to;
+  double spacing_m = 0.5;
+  GridLights grid_lights = GridLights::in_harmonics;
   double seconds = 0;  ///< 0: until it is interrupted.
   bool json = false;
 };
 
+PointGrid grid_of(const Arguments& arguments) {
+  const auto from = parse_numbers<double, 3>(arguments.from), to = parse_numbers<double, 3>(arguments.to);
+  if (!from || !to) fail(kUsage, "--from and --to are X,Y,Z in metres, as in --from=-4,0,-3");
+  return require(PointGrid::with_spacing({(*from)[0], (*from)[1], (*from)[2]}, {(*to)[0], (*to)[1], (*to)[2]},
+                                         arguments.spacing_m),
+                 kUsage);
+}
+
 void watch(const Arguments& arguments) {
+  const PointGrid grid = arguments.grid.empty() ? PointGrid() : grid_of(arguments);
   std::signal(SIGINT, on_interrupt);
   std::signal(SIGTERM, on_interrupt);
   LightField field = require(LightField::make());
@@ -134,8 +153,10 @@ void watch(const Arguments& arguments) {
     (arguments.json ? print_state : print_text)(*state, absent, seconds());
     if (seconds() >= end) break;
   }
-  if (!arguments.gltf.empty()) require(write_field_gltf(field, {monotonic_now_ns()}, arguments.gltf), kFile);
   if (!any_light) fail(kNothingReceived, "no probe gave light with a pose");
+  if (!arguments.gltf.empty()) require(write_field_gltf(field, {monotonic_now_ns()}, arguments.gltf), kFile);
+  if (!arguments.grid.empty())
+    require(write_field_grid(field, {monotonic_now_ns()}, grid, arguments.grid_lights, arguments.grid), kFile);
 }
 
 }  // namespace
@@ -149,6 +170,18 @@ int main(int argc, char** argv) {
   Arguments arguments;
   app.add_option("URI", arguments.uris, "Probes; mqtt://BROKER/TOPIC/+ stands for all at that level")->required();
   app.add_option("--gltf", arguments.gltf, "Also write the last state to this glTF file");
+  CLI::Option* grid =
+      app.add_option("--grid", arguments.grid, "Also write the last state as a grid of Unity's light probes");
+  CLI::Option* from = app.add_option("--from", arguments.from, "Corner of the grid, X,Y,Z in m")->needs(grid);
+  CLI::Option* to = app.add_option("--to", arguments.to, "Opposite corner, X,Y,Z in m")->needs(grid);
+  grid->needs(from)->needs(to);
+  app.add_option("--spacing", arguments.spacing_m, "Of the grid's points, m, at most")
+      ->needs(grid)
+      ->capture_default_str();
+  app.add_flag_callback(
+         "--lights-apart", [&] { arguments.grid_lights = GridLights::apart; },
+         "List lamps that shine evenly as lights of the grid's file, out of its harmonics")
+      ->needs(grid);
   app.add_option("--seconds", arguments.seconds, "Duration; without it, until Ctrl-C")->check(CLI::PositiveNumber);
   app.add_flag("--json", arguments.json, "JSON, one object per line");
   app.callback([&arguments] { watch(arguments); });

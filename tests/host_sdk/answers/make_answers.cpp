@@ -3,7 +3,7 @@
 //   FOLDER/answers.lwrec    the messages of one probe among them as a recording
 //   FOLDER/mutants.txt      damaged messages, and whether C++ accepts them
 //   FOLDER/threads.lwrec    3,000 descriptors in 1.5 s, whose light encodes their sequence number
-// and what cube_answers.hpp, estimate_answers.hpp and plane_answers.hpp describe.
+// and what cube_answers.hpp, estimate_answers.hpp, field_answers.hpp and plane_answers.hpp describe.
 //
 // A line is a word and numbers, %.9g, which gives every float back:
 //   message HEX                          the bytes that the following lines are about
@@ -48,6 +48,7 @@
 
 #include "host_sdk/answers/cube_answers.hpp"
 #include "host_sdk/answers/estimate_answers.hpp"
+#include "host_sdk/answers/field_answers.hpp"
 #include "host_sdk/answers/mutation.hpp"
 #include "host_sdk/answers/plane_answers.hpp"
 #include "host_sdk/scenes.hpp"
@@ -391,6 +392,9 @@ int main(int argc, char** argv) {
     lightwell::test::write_all(argv[1], argv[2]);
     lightwell::test::write_many(std::string(argv[1]) + "/threads.lwrec");
     lightwell::test::write_plane_answers(argv[1]);
+#ifdef LIGHTWELL_HAVE_FIELD
+    lightwell::test::write_field_answers(argv[1]);
+#endif
   } catch (const std::exception& e) {
     std::cerr << "make_answers: " << e.what() << '\n';
     return 1;

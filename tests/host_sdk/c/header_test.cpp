@@ -1,9 +1,10 @@
-// lightwell.h, conventions.h, cube_map.h, light_estimate.h, plane_appearance.h, plane_objects.h, probe_status.h and
-// shadows.h are also valid in the oldest supported C++, with the same meaning.
+// lightwell.h, conventions.h, cube_map.h, field.h, light_estimate.h, plane_appearance.h, plane_objects.h,
+// probe_status.h and shadows.h are also valid in the oldest supported C++, with the same meaning.
 #include <cstring>
 
 #include <lightwell/conventions.h>
 #include <lightwell/cube_map.h>
+#include <lightwell/field.h>
 #include <lightwell/light_estimate.h>
 #include <lightwell/lightwell.h>
 #include <lightwell/plane_appearance.h>

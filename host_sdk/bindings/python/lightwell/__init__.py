@@ -14,6 +14,8 @@ Frames: right-handed, +X right, +Y up, -Z forward, metres. Colours: linear Rec. 
 from ._abi import chars as _chars, lib as _lib
 from ._conventions import MainLight, OpenXrHarmonics, Residual, ShSigns, ThreeLights, UnityPipeline
 from ._estimate import LightEstimate, LightRequest, color_temperature, fade_weight
+from ._field import (FieldAnswer, FieldFlag, FieldIrradiance, FieldLight, FieldProbe, FieldProbeState, FieldState,
+                     LightField)
 from ._lighting import Lighting
 from ._plane_objects import Mesh, PlaneLight, PlaneReflector, ShadowCaster
 from ._plane_values import (CaptureProgress, PlaneAnswer, PlaneCoverage, PlaneFlag, PlaneGuidance, PlaneInfo,
@@ -34,10 +36,12 @@ def connect(uri, **options):
 
 
 __all__ = ["Answer", "Calibration", "CalibrationReport", "CaptureProgress", "Derivation", "Environment",
-           "EnvironmentLevel", "Error", "EstimatorConfig", "EstimatorKind", "Flag", "Lens", "Light", "LightEstimate",
-           "LightRequest", "Lighting", "LightingInfo", "LinkState", "LinkStats", "MainLight", "Mesh",
-           "OpenXrHarmonics", "Plane", "PlaneAnswer", "PlaneCoverage", "PlaneFlag", "PlaneGuidance", "PlaneInfo",
-           "PlaneLayers", "PlaneLight", "PlaneLightAnswer", "PlaneLightSource", "PlaneReader", "PlaneReaderStats",
-           "PlaneReflection", "PlaneReflector", "PlaneRendering", "PlaneTexture", "Probe", "ProbeInfo", "Recording",
-           "Residual", "Setting", "ShSigns", "ShadowAnswer", "ShadowCaster", "Smoothing", "Status", "ThreeLights",
-           "Units", "UnityPipeline", "UnseenFill", "Validity", "color_temperature", "connect", "fade_weight"]
+           "EnvironmentLevel", "Error", "EstimatorConfig", "EstimatorKind", "FieldAnswer", "FieldFlag",
+           "FieldIrradiance", "FieldLight", "FieldProbe", "FieldProbeState", "FieldState", "Flag", "Lens", "Light",
+           "LightEstimate", "LightField", "LightRequest", "Lighting", "LightingInfo", "LinkState", "LinkStats",
+           "MainLight", "Mesh", "OpenXrHarmonics", "Plane", "PlaneAnswer", "PlaneCoverage", "PlaneFlag",
+           "PlaneGuidance", "PlaneInfo", "PlaneLayers", "PlaneLight", "PlaneLightAnswer", "PlaneLightSource",
+           "PlaneReader", "PlaneReaderStats", "PlaneReflection", "PlaneReflector", "PlaneRendering", "PlaneTexture",
+           "Probe", "ProbeInfo", "Recording", "Residual", "Setting", "ShSigns", "ShadowAnswer", "ShadowCaster",
+           "Smoothing", "Status", "ThreeLights", "Units", "UnityPipeline", "UnseenFill", "Validity",
+           "color_temperature", "connect", "fade_weight"]

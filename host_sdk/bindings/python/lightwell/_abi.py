@@ -48,7 +48,7 @@ def _library():
 
 lib = Declarations()
 for _name in ("lightwell.h", "conventions.h", "plane_appearance.h", "shadows.h", "plane_objects.h",
-              "cube_map.h", "probe_status.h", "light_estimate.h"):
+              "cube_map.h", "probe_status.h", "light_estimate.h", "field.h"):
     lib.add(_header(_name))
 try:
     _loaded = ctypes.CDLL(_library())
