@@ -1,18 +1,19 @@
 """Topic trade_off: what a cheaper frame and a shorter message cost in accuracy: interleaved sampling of the panorama
 estimator (panorama.interleave), its cheapest setting, fastest, and the limit of a descriptor's size
 (panorama.max_bytes; firmware/estimate/README.md). Motions, exposures, scenes and sizes are in
-tests/measure/measure_interleave.cpp and measure_bytes.cpp. At its end it draws these trades beside those of the marker
+tests/measure/measure_interleave.cpp and measure_bytes.cpp. The error bound of all of these in drawn groups of frames
+(bound_campaign). At its end it draws these trades beside those of the marker
 and the plane to out/trade_off.png, which is firmware/estimate/trade_off.png.
 """
 import json
 import pathlib
 import subprocess
 
-from figure_topics import aarch64, specular
+from figure_topics import aarch64, bound_campaign, specular
 from figure_topics.programs import rows_of_program
 from figure_topics.rows import at_least, at_most, equals, known_short, reported, row
 
-TARGETS = ["measure_bytes", "measure_interleave", "measure_marker_trade", "measure_specular"]
+TARGETS = [bound_campaign.PROGRAM, "measure_bytes", "measure_interleave", "measure_marker_trade", "measure_specular"]
 ALL_PANORAMAS = True
 # What is asked of the cheapest setting at rest, in the cases that have no change.
 CHEAPEST = "fastest"
@@ -200,14 +201,26 @@ def page_rows(programs, counted, lines, say):
               drawn.returncode == 0, str(picture))
 
 
-def measure(programs, say):
+# The page contains the rows of bytes and, of interleave, those of RGB8 in brackets.
+PARTS = ("bytes", "interleave", "bound", "instructions", "page")
+
+
+def measure(programs, say, only=PARTS):
     lines = []
-    for name in BYTES_FORMATS:
-        yield from rows_of_program([programs / "measure_bytes", "--format", name],
-                                   keeping(lines, "measure_bytes", bytes_rows), say)
-    yield from rows_of_program([programs / "measure_interleave"], interleave_rows, say)
-    yield from rows_of_program([programs / "measure_interleave", "--case", "brackets", "--format", "rgb8"],
-                               keeping(lines, "measure_interleave", interleave_rows), say)
-    counted = counter(say)
-    yield from counted_rows(counted)
-    yield from page_rows(programs, counted, lines, say)
+    if "bytes" in only or "page" in only:
+        for name in BYTES_FORMATS:
+            yield from rows_of_program([programs / "measure_bytes", "--format", name],
+                                       keeping(lines, "measure_bytes", bytes_rows), say)
+    if "interleave" in only:
+        yield from rows_of_program([programs / "measure_interleave"], interleave_rows, say)
+    if "interleave" in only or "page" in only:
+        yield from rows_of_program([programs / "measure_interleave", "--case", "brackets", "--format", "rgb8"],
+                                   keeping(lines, "measure_interleave", interleave_rows), say)
+    if "bound" in only:
+        yield from bound_campaign.rows(programs, say)
+    if "instructions" in only or "page" in only:
+        counted = counter(say)
+    if "instructions" in only:
+        yield from counted_rows(counted)
+    if "page" in only:
+        yield from page_rows(programs, counted, lines, say)
