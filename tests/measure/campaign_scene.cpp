@@ -197,7 +197,7 @@ PixelLight rasterized(const LampShape& lamp, int width) {
   return out;
 }
 
-void CampaignScene::add_lamp(const LampShape& shape, double factor) {
+void CampaignScene::append_lamp(const LampShape& shape, double factor) {
   lamps_.push_back({shape, rasterized(shape, base_.width)});
   first_.lamps.push_back({shape.axis, factor});
 }
@@ -214,7 +214,7 @@ void CampaignScene::add_random_lamps(int count, double largest_share, extremes::
       lamp.half_height_rad = chance.magnitude(0.1, 30) * kDeg;
     }
     lamp.radiance = color(chance, rest * chance.magnitude(0.002, largest_share) / solid_angle(lamp));
-    add_lamp(lamp, chance.below(2));
+    append_lamp(lamp, chance.below(2));
   }
 }
 
@@ -242,12 +242,12 @@ Result<CampaignScene> CampaignScene::draw(SceneKind kind, extremes::Chance& chan
   out.base_ = sim::from_function(width, [&](Vec3d d) { return room.ambient(d) * level; });
   out.base_irradiance_ = irradiance_of(out.base_);
   for (const extremes::Disc& disc : room.discs)
-    out.add_lamp({LampShape::Outline::disc, disc.axis, disc.radius_rad, disc.radius_rad, disc.radiance}, 1);
+    out.append_lamp({LampShape::Outline::disc, disc.axis, disc.radius_rad, disc.radius_rad, disc.radiance}, 1);
   if (kind == SceneKind::windows)
     for (int k = 1 + chance.below(4); k > 0; --k)
-      out.add_lamp({LampShape::Outline::rectangle, chance.direction(), chance.between(3, 30) * kDeg,
-                    chance.between(3, 30) * kDeg, color(chance, chance.between(0.3, 2))},
-                   1);
+      out.append_lamp({LampShape::Outline::rectangle, chance.direction(), chance.between(3, 30) * kDeg,
+                       chance.between(3, 30) * kDeg, color(chance, chance.between(0.3, 2))},
+                      1);
   out.add_random_lamps(kind == SceneKind::lamps ? static_cast<int>(chance.magnitude(1, 60)) : 1 + chance.below(3), 10,
                        chance);
   return out;

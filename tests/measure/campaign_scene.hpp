@@ -82,7 +82,7 @@ class CampaignScene {
     std::optional<LampShape> shape;  ///< None for pixels of the panorama.
     PixelLight light;                ///< Of `shape`.
   };
-  void add_lamp(const LampShape& shape, double factor);
+  void append_lamp(const LampShape& shape, double factor);
   void add_random_lamps(int count, double largest_share, extremes::Chance& chance);
   [[nodiscard]] double mean_irradiance() const;
 
