@@ -12,13 +12,15 @@ RESULTS = pathlib.Path(__file__).resolve().parents[1] / "measure/results/bound_c
 GROUP_FRAMES = 50
 GROUPS = 2000
 # What is asked of all frames, and of the fresh ones of each run.
-FRAMES, FRESH_FRAMES = GROUPS * GROUP_FRAMES, 2000
+FRAMES = GROUPS * GROUP_FRAMES
+FRESH_GROUPS, FRESH_GROUP_FRAMES = 100, 20
 SHARE_BEYOND, WORST = 1e-3, 1.5
 IDEAL, MEDIAN_IDEAL = "rgb_f32", 2
 EIGHT_BITS, MEDIAN_EIGHT_BITS = ("rgb8_linear", "rgb8", "nv12", "yuyv", "bayer8"), 2.5
+TWELVE_BITS = "bayer12"
 BINS_OF_OCTAVE = 8
-# Groups of each minute, beyond those that are kept. The time stamps of frames of higher numbers would overflow.
-FIRST_FRESH, MINUTES = 10_000, 500_000
+# Fresh groups of each minute, beyond those that are kept. The time stamps of frames of higher numbers would overflow.
+FIRST_FRESH, MINUTES = 10_000, 200_000
 GENERATED = ("uniform", "gradient", "checker", "stripes", "windows", "lamps", "room", "dark")
 # Divisions of the summary: heading, and the value of a line.
 DIVISIONS = (("all", lambda line: "all groups"), ("setting", lambda line: line["setting"]),
@@ -99,12 +101,14 @@ def rows_of_sums(what, lines):
     yield at_most(what + "error by bound, largest", WORST, sums.worst, "", real)
     yield reported(what + "frames between a change and its being read: beyond the bound", sums.unread_beyond, "",
                    f"{sums.unread} frames")
-    for sensor in sorted({line["sensor"] for line in lines}):
-        of_sensor = Sums([line for line in lines if line["sensor"] == sensor])
-        limit = MEDIAN_IDEAL if sensor == IDEAL else MEDIAN_EIGHT_BITS if sensor in EIGHT_BITS else None
-        name, measured = f"{what}bound by error, median, {sensor}", of_sensor.median_ratio()
-        judged = f"{of_sensor.judged} frames"
-        yield at_most(name, limit, measured, "", judged) if limit else reported(name, measured, "", judged)
+
+
+def median_rows(what, lines, sensors, limit=None):
+    """The median of bound / error of these sensors together."""
+    sums = Sums([line for line in lines if line["sensor"] in sensors])
+    name, real = f"{what}bound by error, median, {', '.join(sensors)}", f"{sums.judged} frames of {sums.groups} groups"
+    yield (reported(name, sums.median_ratio(), "", real) if limit is None else
+           at_most(name, limit, sums.median_ratio(), "", real))
 
 
 def rows(programs, say):
@@ -112,16 +116,23 @@ def rows(programs, say):
     kept = kept_lines(RESULTS)
     yield at_least("bound, kept: frames", FRAMES, Sums(kept).frames, "", f"{RESULTS.name}, by tests/bound_campaign")
     yield from rows_of_sums("bound, kept: ", kept)
-    first = FIRST_FRESH + int(time.time() / 60) % MINUTES * (FRESH_FRAMES // GROUP_FRAMES)
-    last = first + FRESH_FRAMES // GROUP_FRAMES
-    lines = []
+    yield from median_rows("bound, kept: ", kept, (IDEAL,), MEDIAN_IDEAL)
+    for sensor in EIGHT_BITS:
+        yield from median_rows("bound, kept: ", kept, (sensor,), MEDIAN_EIGHT_BITS)
+    yield from median_rows("bound, kept: ", kept, (TWELVE_BITS,))
+    first = FIRST_FRESH + int(time.time() / 60) % MINUTES * FRESH_GROUPS
+    what, lines = f"bound, groups {first} to {first + FRESH_GROUPS - 1}: ", []
 
     def rows_at_end(line):
         lines.append(line)
         if line["beyond"]:
             yield reported(f"bound, group {line['group']}: frames beyond it", line["beyond"], "",
                            f"{PROGRAM} --group {line['group']}")
-        if len(lines) == last - first:
-            yield from rows_of_sums(f"bound, groups {first} to {last - 1}: ", lines)
+        if len(lines) == FRESH_GROUPS:
+            yield from rows_of_sums(what, lines)
+            # Too few groups of each format for a median of its own.
+            yield from median_rows(what, lines, (IDEAL,), MEDIAN_IDEAL)
+            yield from median_rows(what, lines, EIGHT_BITS, MEDIAN_EIGHT_BITS)
 
-    yield from rows_of_program([programs / PROGRAM, "--groups", str(first), str(last)], rows_at_end, say)
+    yield from rows_of_program([programs / PROGRAM, "--groups", str(first), str(first + FRESH_GROUPS), "--frames",
+                                str(FRESH_GROUP_FRAMES)], rows_at_end, say)

@@ -1,7 +1,7 @@
 // Compares the descriptor's error bound with the true error in groups of frames that are drawn from their numbers
 // (README.md): prints one JSON object per group; tests/bound_campaign keeps them.
-//   measure_bound_campaign --groups A B     groups A to before B
-//   measure_bound_campaign --group A        the frames of one group, an object each
+//   measure_bound_campaign --groups A B [--frames N]     groups A to before B; their first N frames [all]
+//   measure_bound_campaign --group A [--frames N]        the frames of one group, an object each
 // Of a group: frames; flagged: those with an infinite bound; unread: the frames between a change of a lamp and its
 // being read, and how many of these are beyond their bound. Of the others: beyond, those beyond their bound; worst: the
 // frame with the largest error / bound, this ratio, error and bound in percent; ratios: [k, frames] with bound / error
@@ -81,9 +81,9 @@ double error_of(const Descriptor& d, Quat to_probe, const std::vector<ref::Rgb>&
   return std::max(e.rms, e.luminance_weighted);
 }
 
-/// Calls `visit` with the number of each frame and what was measured.
+/// Calls `visit` with the number of each of the first `count` frames and what was measured.
 template <class Visit>
-void measure_group(measure::Group& group, const Visit& visit) {
+void measure_group(measure::Group& group, std::size_t count, const Visit& visit) {
   const RigParameters rig = group.rig();
   PanoramaOptions options;
   options.config = group.config;
@@ -100,7 +100,7 @@ void measure_group(measure::Group& group, const Visit& visit) {
   std::optional<sim::Scene> scene;
   measure::LensRadiance radiance;
   int since_change = kMaxInterleave;
-  for (std::size_t i = 0; i < group.frames.size(); ++i) {
+  for (std::size_t i = 0; i < count; ++i) {
     const measure::GroupFrame& frame = group.frames[i];
     const measure::GroupFrame* before = i > 0 ? &group.frames[i - 1] : nullptr;
     if (before == nullptr || before->light != frame.light) {
@@ -215,22 +215,26 @@ measure::Group drawn(std::uint32_t number) {
 int main(int argc, char** argv) {
   std::vector<std::uint32_t> range;
   std::optional<std::uint32_t> one;
+  std::size_t frames = measure::kGroupFrames;
   CLI::App app{"Compares the descriptor's error bound with the true error in drawn groups of frames.",
                "measure_bound_campaign"};
   CLI::Option* groups = app.add_option("--groups", range, "Groups A to before B")->expected(2);
   app.add_option("--group", one, "Prints the frames of this group")->excludes(groups);
+  app.add_option("--frames", frames, "The first frames of each group [all]")
+      ->check(CLI::Range(1, measure::kGroupFrames));
   if (const auto exit = parse_command_line(app, {argv + 1, argv + argc})) return *exit;
   if (one) {
     measure::Group group = drawn(*one);
     measure::print_line(description(group));
-    measure_group(group, [&](std::size_t frame, const Measured& m) { print_frame(frame, group.frames[frame], m); });
+    measure_group(group, frames,
+                  [&](std::size_t frame, const Measured& m) { print_frame(frame, group.frames[frame], m); });
     return 0;
   }
   if (range.empty()) return wrong_usage(app, "give --groups or --group");
   for (std::uint32_t number = range[0]; number < range[1]; ++number) {
     measure::Group group = drawn(number);
     Tally tally;
-    measure_group(group, [&](std::size_t frame, const Measured& m) { tally.add(frame, m); });
+    measure_group(group, frames, [&](std::size_t frame, const Measured& m) { tally.add(frame, m); });
     nlohmann::ordered_json line = description(group);
     tally.describe(line);
     measure::print_line(line);
