@@ -17,7 +17,7 @@ from unittest import mock
 TESTS = pathlib.Path(__file__).resolve().parents[1]
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(TESTS))
-from figure_topics import light_field_objects, light_field_relight, structure, viewer  # noqa: E402
+from figure_topics import bound_campaign, light_field_objects, light_field_relight, structure, viewer  # noqa: E402
 from figure_topics.marker import lines_of  # noqa: E402
 from figure_topics.programs import rows_of_program, side_by_side  # noqa: E402
 from figure_topics.rows import at_most, known_short  # noqa: E402
@@ -60,6 +60,38 @@ class Relighting(unittest.TestCase):
         self.assertEqual(self.verdict("blinds, at a basis light", "mesh", 0.011), "NO")
         self.assertEqual(self.verdict("blinds, between basis lights", "mesh", 0.011), "known short")
         self.assertEqual(self.verdict("blinds, at a basis light", "exact", 0.011), "known short")
+
+
+class BoundCampaign(unittest.TestCase):
+    def line(self, group, **values):
+        return {"group": group, "sensor": "nv12", "frames": 50, "flagged": 0, "unread": [0, 0], "beyond": 0,
+                "worst": [3, 0.5, 1, 2], "ratios": [[8, 50]], **values}
+
+    def test_rows_judge_frames_that_are_read_and_not_flagged(self):
+        lines = [self.line(0, flagged=10, unread=[20, 5], ratios=[[8, 20]]),
+                 self.line(1, beyond=1, worst=[4, 1.6, 8, 5])]
+        rows = {r["name"]: r for r in bound_campaign.rows_of_sums("", lines)}
+        self.assertAlmostEqual(rows["share of frames beyond the bound"]["measured"], 1 / 70)
+        self.assertEqual(rows["error by bound, largest"]["measured"], 1.6)
+        self.assertFalse(rows["error by bound, largest"]["holds"])
+        median, = bound_campaign.median_rows("", lines, ("nv12", "yuyv"), 2.5)
+        self.assertAlmostEqual(median["measured"], 2 ** (8.5 / 8))
+
+    def test_an_error_without_a_finite_ratio_does_not_hold(self):
+        rows = {r["name"]: r for r in bound_campaign.rows_of_sums("", [self.line(0, worst=[0, None, None, 1])])}
+        self.assertFalse(rows["error by bound, largest"]["holds"])
+
+    def test_a_group_counts_once_and_a_partial_line_is_measured_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "lines.jsonl"
+            whole = json.dumps(self.line(0)) + "\n"
+            path.write_text(whole + whole + whole[:40])
+            command = importlib.machinery.SourceFileLoader("command", str(TESTS / "bound_campaign"))
+            campaign = importlib.util.module_from_spec(importlib.util.spec_from_loader("command", command))
+            command.exec_module(campaign)
+            campaign.drop_partial_line(path)
+            self.assertEqual(len(bound_campaign.kept_lines(path)), 1)
+            self.assertEqual(campaign.chunks([1, 2, 4]), [[1, 3], [4, 5]])
 
 
 class ImageObjects(unittest.TestCase):

@@ -1,18 +1,20 @@
 """Topic trade_off: what a cheaper frame and a shorter message cost in accuracy: interleaved sampling of the panorama
 estimator (panorama.interleave), its cheapest setting, fastest, and the limit of a descriptor's size
 (panorama.max_bytes; firmware/estimate/README.md). Motions, exposures, scenes and sizes are in
-tests/measure/measure_interleave.cpp and measure_bytes.cpp. At its end it draws these trades beside those of the marker
-and the plane to out/trade_off.png, which is firmware/estimate/trade_off.png.
+tests/measure/measure_interleave.cpp and measure_bytes.cpp. The error bound of all of these in drawn groups of frames
+(bound_campaign), and a million frames through one estimator (measure_million). At its end it draws these trades beside
+those of the marker and the plane to out/trade_off.png, which is firmware/estimate/trade_off.png.
 """
 import json
 import pathlib
 import subprocess
 
-from figure_topics import aarch64, specular
+from figure_topics import aarch64, bound_campaign, specular
 from figure_topics.programs import rows_of_program
 from figure_topics.rows import at_least, at_most, equals, known_short, reported, row
 
-TARGETS = ["measure_bytes", "measure_interleave", "measure_marker_trade", "measure_specular"]
+TARGETS = [bound_campaign.PROGRAM, "measure_bytes", "measure_interleave", "measure_marker_trade", "measure_million",
+           "measure_specular"]
 ALL_PANORAMAS = True
 # What is asked of the cheapest setting at rest, in the cases that have no change.
 CHEAPEST = "fastest"
@@ -42,6 +44,11 @@ BRACKET_POINTS = (("fastest", 16), ("balanced", 1), ("balanced", 4))
 WORK = (33, 65)
 WHOLE_WORK = (3, 8)
 PIXELS = 1280 * 960
+MILLION = 1_000_000
+# Relative change of the irradiance of the same frame: the float tolerance of panorama_extremes.
+MAX_DRIFT = 1e-5
+# Pages that the C library touches late; a leak of one byte a frame is 1,000 kB.
+MAX_GROWTH_KB = 64
 # The points of the page: settings with interleave, of the choices of measure_interleave.
 PAGE_POINTS = (("fastest", 16), *(("balanced", n) for n in (1, 2, 4, 8, 16)), ("exact", 1), ("exact", 16))
 REAL = "city.exr, one lens of 1280x960, constant light, g++ -O3, qemu-user Cortex-A72"
@@ -200,14 +207,41 @@ def page_rows(programs, counted, lines, say):
               drawn.returncode == 0, str(picture))
 
 
-def measure(programs, say):
+def million_rows(line):
+    name, value = line["figure"].removeprefix("million."), line["value"]
+    what, real = f"a million frames: {name}", "one estimator, all settings in turn, a day; 2 x 160x120, RGB8 with noise"
+    if name == "frames":
+        return [at_least(what, MILLION, value, "", real)]
+    if name in ("unsound", "refused") or name.startswith("swaps."):
+        return [equals(what, 0, value, "", real)]
+    if name == "tracks.brightest":
+        return [equals(what, 1, value, "", real)]
+    limit = {"drift": MAX_DRIFT, "growth_kb": MAX_GROWTH_KB}.get(name)
+    return [reported(what, value, "", real) if limit is None else at_most(what, limit, value, "", real)]
+
+
+# The page contains the rows of bytes and, of interleave, those of RGB8 in brackets.
+PARTS = ("bytes", "interleave", "bound", "million", "instructions", "page")
+
+
+def measure(programs, say, only=PARTS):
     lines = []
-    for name in BYTES_FORMATS:
-        yield from rows_of_program([programs / "measure_bytes", "--format", name],
-                                   keeping(lines, "measure_bytes", bytes_rows), say)
-    yield from rows_of_program([programs / "measure_interleave"], interleave_rows, say)
-    yield from rows_of_program([programs / "measure_interleave", "--case", "brackets", "--format", "rgb8"],
-                               keeping(lines, "measure_interleave", interleave_rows), say)
-    counted = counter(say)
-    yield from counted_rows(counted)
-    yield from page_rows(programs, counted, lines, say)
+    if "bytes" in only or "page" in only:
+        for name in BYTES_FORMATS:
+            yield from rows_of_program([programs / "measure_bytes", "--format", name],
+                                       keeping(lines, "measure_bytes", bytes_rows), say)
+    if "interleave" in only:
+        yield from rows_of_program([programs / "measure_interleave"], interleave_rows, say)
+    if "interleave" in only or "page" in only:
+        yield from rows_of_program([programs / "measure_interleave", "--case", "brackets", "--format", "rgb8"],
+                                   keeping(lines, "measure_interleave", interleave_rows), say)
+    if "bound" in only:
+        yield from bound_campaign.rows(programs, say)
+    if "million" in only:
+        yield from rows_of_program([programs / "measure_million"], million_rows, say)
+    if "instructions" in only or "page" in only:
+        counted = counter(say)
+    if "instructions" in only:
+        yield from counted_rows(counted)
+    if "page" in only:
+        yield from page_rows(programs, counted, lines, say)
