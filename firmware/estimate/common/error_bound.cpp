@@ -16,9 +16,9 @@ constexpr double kSmoothSampling = 1e-3;
 constexpr double kPixelSampling = 0.5;
 /// Expected error relative to the sampling part of the bound, which sums absolute values.
 constexpr double kExpectedSamplingShare = 0.3;
-/// Relative error (one sigma) of a light as small as one chroma sample. The covered share of the sample is uniform in
+/// Relative error (three sigma) of a light as small as one chroma sample. The covered share of the sample is uniform in
 /// [0, 1], with a standard deviation of 0.29, shared by three channels.
-constexpr double kChromaEdgeError = 0.2;
+constexpr double kChromaEdgeError = 0.6;
 /// Ratio for a Bayer mosaic: a quad has two green samples, whose error at edges is 2^-0.75 of that of one (squared:
 /// 0.354); over three channels sqrt((1 + 0.354 + 1) / 3).
 constexpr double kMosaicEdgeRatio = 0.886;
@@ -45,7 +45,8 @@ double chroma_edge_error(const double (&irradiance)[3], double samples, std::spa
 }
 
 double mosaic_edge_error(const double (&irradiance)[3], double samples) {
-  return edge_error(samples) * (kMosaicEdgeRatio * luminance_of(irradiance[0], irradiance[1], irradiance[2]));
+  // A lamp on red or blue sites alone is measured without its green.
+  return edge_error(samples) * kMosaicEdgeRatio * std::max({irradiance[0], irradiance[1], irradiance[2]});
 }
 
 IrradianceRms direction_error_rms(std::span<const Light> lights) {

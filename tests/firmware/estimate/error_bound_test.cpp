@@ -127,10 +127,10 @@ TEST(ErrorBound, SmallLightsOfSharedColourAreUncertain) {
   const std::vector<CellSum> grey_room(100, CellSum{1, 1, 1});
   const double grey[3] = {1, 1, 1}, red[3] = {1, 0, 0};
   EXPECT_NEAR(chroma_edge_error(grey, 1, grey_room), 0, 1e-6) << "it has the colour of its surroundings";
-  EXPECT_NEAR(chroma_edge_error(red, 1, grey_room), 0.2 * (1 - 0.2126), 1e-4);
-  EXPECT_NEAR(mosaic_edge_error(grey, 1), 0.2 * 0.886, 1e-4);
+  EXPECT_NEAR(chroma_edge_error(red, 1, grey_room), 0.6 * (1 - 0.2126), 1e-4);
+  EXPECT_NEAR(mosaic_edge_error(grey, 1), 0.6 * 0.886, 1e-4);
   // n samples have 2 sqrt(pi n) at the edge: sqrt(2 sqrt(pi)) n^-0.75.
-  EXPECT_NEAR(mosaic_edge_error(grey, 100), 0.2 * 0.886 * std::sqrt(2 * std::sqrt(kPi)) * std::pow(100, -0.75), 1e-5);
+  EXPECT_NEAR(mosaic_edge_error(grey, 100), 0.6 * 0.886 * std::sqrt(2 * std::sqrt(kPi)) * std::pow(100, -0.75), 1e-5);
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 /// Sum of the low and the high words of 32-bit elements.
 template <class D32>
-HWY_INLINE hn::Vec<D32> words_of(D32 d, hn::Vec<D32> pairs) {
+HWY_INLINE hn::Vec<D32> sum_of_words(D32 d, hn::Vec<D32> pairs) {
   return hn::Add(hn::And(pairs, hn::Set(d, 0xFFFF)), hn::ShiftRight<16>(pairs));
 }
 
@@ -57,8 +57,8 @@ struct ByteSums {
   }
   HWY_INLINE BlockScan fold() const {
     const D32 d;
-    return {total(d, words_of(d, hn::BitCast(d, hn::Add(all_lower, all_upper)))),
-            total(d, words_of(d, hn::BitCast(d, hn::Add(read_lower, read_upper)))),
+    return {total(d, sum_of_words(d, hn::BitCast(d, hn::Add(all_lower, all_upper)))),
+            total(d, sum_of_words(d, hn::BitCast(d, hn::Add(read_lower, read_upper)))),
             hn::GetLane(hn::MaxOfLanes(D8(), largest)), 0};
   }
 };
@@ -86,7 +86,7 @@ struct YuyvSums {
   HWY_INLINE void add_read(const std::uint8_t* at) { read = hn::Add(read, luma(words(at))); }
   HWY_INLINE BlockScan fold() const {
     const D32 d;
-    return {total(d, words_of(d, hn::BitCast(d, all))), total(d, words_of(d, hn::BitCast(d, read))),
+    return {total(d, sum_of_words(d, hn::BitCast(d, all))), total(d, sum_of_words(d, hn::BitCast(d, read))),
             hn::GetLane(hn::MaxOfLanes(D16(), largest)),
             static_cast<std::uint32_t>(hn::GetLane(hn::MaxOfLanes(D16(), chroma))) >> 8U};
   }
@@ -111,10 +111,10 @@ struct WordSums {
     const hn::Vec<D16> a = sample(row), b = sample(next);
     largest = hn::Max(largest, hn::Max(a, b));
     // Two samples of 12 bits fit into 16.
-    all = hn::Add(all, words_of(D32(), hn::BitCast(D32(), hn::Add(a, b))));
+    all = hn::Add(all, sum_of_words(D32(), hn::BitCast(D32(), hn::Add(a, b))));
   }
   HWY_INLINE void add_read(const std::uint8_t* at) {
-    read = hn::Add(read, words_of(D32(), hn::BitCast(D32(), sample(at))));
+    read = hn::Add(read, sum_of_words(D32(), hn::BitCast(D32(), sample(at))));
   }
   HWY_INLINE BlockScan fold() const {
     return {total(D32(), all), total(D32(), read), hn::GetLane(hn::MaxOfLanes(D16(), largest)), 0};
