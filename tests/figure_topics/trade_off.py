@@ -25,7 +25,7 @@ INSTRUCTIONS = {"rgb8_linear": 1.5, "yuyv": 2.5}
 # Of balanced, and of its brackets of three, a pixel of one exposure.
 BALANCED = {"rgb8_linear": 4.5, "bayer8": 4, "rgb8": 6, "nv12": 7, "yuyv": 7}
 BALANCED_BRACKET = 20
-BALANCED_SHORT = "whole frames; interleave 4 is cheaper, and has no flicker (firmware/estimate/README.md)"
+BALANCED_SHORT = "YCbCr is converted before it is merged or decoded (firmware/estimate/README.md, Sampling of rows)"
 # Of the ends of the front, exact by fastest, of YUYV, which cameras deliver.
 SPAN = 8
 # Of a lamp that is smaller than a quad of the mosaic: whole frames at exact have it, too (firmware/estimate/README.md,
@@ -138,7 +138,7 @@ def counter(say):
 
 
 def limited(what, limit, value, setting):
-    """A row of instructions. Whole frames at balanced are known to miss some of their limits."""
+    """A row of instructions. Some formats at balanced are known to miss their limits."""
     if not limit:
         return reported(what, value, "", REAL)
     figure = at_most(what, limit, value, "", REAL)

@@ -21,9 +21,10 @@ struct IntegrationErrors {
   double rows = 0;               ///< Of the luminance of all cells, by rows that were not read.
 };
 
-/// Possible error (three sigma, of the largest channel) of the irradiance of a light that covers `samples` samples of chroma, one for
-/// several pixels with a luma sample each (NV12, YUYV). It is proportional to the difference between the colours of the
-/// light and of the scene. `irradiance`: of the light, by channel. `scene`: sums over the cells of the scene.
+/// Possible error (three sigma, of the largest channel) of the irradiance of a light that covers `samples` samples of
+/// chroma, one for several pixels with a luma sample each (NV12, YUYV). It is proportional to the difference between
+/// the colours of the light and of the scene. `irradiance`: of the light, by channel. `scene`: sums over the cells of
+/// the scene.
 [[nodiscard]] double chroma_edge_error(const double (&irradiance)[3], double samples, std::span<const CellSum> scene);
 /// The same for a light that covers `samples` quads of a Bayer mosaic.
 [[nodiscard]] double mosaic_edge_error(const double (&irradiance)[3], double samples);

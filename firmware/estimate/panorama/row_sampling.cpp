@@ -18,8 +18,8 @@ constexpr int kMinEdge = 8;
 constexpr float kSureCorrection = 0.1F, kLargestCorrection = 0.5F;
 /// The correction assumes one colour, and f at the mean code: so much of it may be wrong.
 constexpr float kCorrectionError = 0.25F;
-/// Rows of the brightest sample that may have been missed, by rows that are decoded at once. In a room with fine
-/// structure (row_sampling_test), the error is up to half of the root of the sum of their squares.
+/// Rows of the brightest sample that may have been missed. In a room with fine structure (row_sampling_test), the error
+/// is up to half of what one row would make it.
 constexpr float kMissedRows = 0.5F;
 /// Part of a correction that may be wrong with the same sign in all blocks: rows that alternate between two codes, one
 /// of which is read more often.
@@ -29,7 +29,7 @@ constexpr float kBias = 0.5F;
 /// Where the sum of these over all blocks is more than this times the limit of a block, all rows are read.
 constexpr double kMaxCommon = 40;
 /// Noise makes the brightest of a block's samples brighter by so many standard deviations.
-constexpr float kNoiseSigmas = 4;
+constexpr float kPeakNoiseSigmas = 4;
 /// The raw samples of a bracket are those of the longest exposure in which the block's mean is at most this linear
 /// value, and no sample is saturated.
 constexpr float kWellExposed = 0.25F;
@@ -233,9 +233,8 @@ RowSampling::Error RowSampling::estimate_block(std::size_t block, const Reading&
 
   const int edge = layout_.edge();
   const float noise = std::sqrt(blocks.block_noise[block] * static_cast<float>(edge * reading.rows.count(edge)));
-  const float excess = (scanned.largest * radiance_per_linear - brightest) * sr - kNoiseSigmas * noise;
-  const float missed = kMissedRows * static_cast<float>(reading.rows.unit) * std::max(excess, 0.0F) *
-                       lens.largest_white / static_cast<float>(edge);
+  const float excess = (scanned.largest * radiance_per_linear - brightest) * sr - kPeakNoiseSigmas * noise;
+  const float missed = kMissedRows * std::max(excess, 0.0F) * lens.largest_white / static_cast<float>(edge);
   const float corrected = correction * luminance, unsure = std::abs(correction) > kSureCorrection ? 4.0F : 1.0F;
   return {missed + unsure * kCorrectionError * std::abs(corrected), unsure * kCommonError * corrected,
           unsure * kBias * correction * corrected};
