@@ -59,6 +59,15 @@ class RowReader {
   /// invalid_argument where the frames do not match the rig or each other. Refers to them until the next bind().
   [[nodiscard]] Status bind(std::span<const Frame> bracket);
 
+  struct Exposure {
+    std::array<View, kMaxLenses> view;  ///< By lens; of those that has() says.
+    float radiance_per_linear = 1;      ///< 1 / (exposure_s * gain)
+  };
+  /// Of the first view of the bound bracket that is present.
+  [[nodiscard]] const PixelLayout& layout() const { return pixel_layout(exposures_[0].view[has(0) ? 0 : 1].format); }
+  /// Of the bound bracket, shortest first.
+  [[nodiscard]] std::span<const Exposure> exposures() const { return std::span(exposures_).first(exposure_count_); }
+
   /// Whether the bracket contains the lens; a camera of a pair may be missing.
   [[nodiscard]] bool has(int lens) const { return (present_lenses_ >> lens & 1U) != 0; }
 
@@ -88,12 +97,6 @@ class RowReader {
 
     CodeTable(const PhotometricCalibration& photometry, int levels);
   };
-  struct Exposure {
-    std::array<View, kMaxLenses> view;
-    float radiance_per_linear = 1;  ///< 1 / (exposure_s * gain)
-  };
-  /// Of the first view that is present.
-  [[nodiscard]] const PixelLayout& layout() const { return pixel_layout(exposures_[0].view[has(0) ? 0 : 1].format); }
 
   RowReader(const RigParameters& rig, const RigTable* table);
   /// What load() fills besides the linear values: nothing; steps and saturation; or these, with pixels that share their

@@ -4,17 +4,31 @@
 
 namespace lightwell::estimate {
 
-void BlockSums::sum_totals() {
-  clear_totals();
-  for (std::size_t block = 0; block < sum.size(); ++block) {
-    clipped_sr += static_cast<double>(clipped[block]);
-    noise += static_cast<double>(block_noise[block]);
-    bias += static_cast<double>(block_bias[block]);
-    motion_luminance += static_cast<double>(block_motion[block]);
-    rows += static_cast<double>(block_rows[block]);
-    common += static_cast<double>(block_common[block]);
-    second += static_cast<double>(block_second[block]);
+BlockTotals& BlockTotals::operator+=(const BlockTotals& o) {
+  clipped_sr += o.clipped_sr;
+  noise += o.noise;
+  bias += o.bias;
+  motion_luminance += o.motion_luminance;
+  row_variance += o.row_variance;
+  row_common += o.row_common;
+  row_bias += o.row_bias;
+  return *this;
+}
+
+BlockTotals BlockSums::totals_of(std::size_t begin, std::size_t end) const {
+  BlockTotals out;
+  for (std::size_t block = begin; block < end; ++block) {
+    const RowError& rows = row_error_of_block[block];
+    const auto own = static_cast<double>(rows.own);
+    out += {static_cast<double>(clipped[block]),
+            static_cast<double>(block_noise[block]),
+            static_cast<double>(block_bias[block]),
+            static_cast<double>(block_motion[block]),
+            own * own,
+            static_cast<double>(rows.common),
+            static_cast<double>(rows.bias)};
   }
+  return out;
 }
 
 BlockPass::BlockPass(const RigTable& table, const BlockLayout& layout)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,26 +14,40 @@
 
 namespace lightwell::estimate {
 
-/// Block sums of a bracket.
-struct BlockSums {
+/// Possible errors of the light of a block of which a part of the rows was read (RowSampling), as integrals of
+/// luminance.
+struct RowError {
+  float own = 0;     ///< Independent of other blocks.
+  float common = 0;  ///< Of first order, with its sign: may be the same in all blocks.
+  float bias = 0;    ///< Of second order.
+};
+
+/// Sums over blocks.
+struct BlockTotals {
+  double clipped_sr = 0;  ///< Solid angle saturated in every exposure, sr.
+  double noise = 0;       ///< Sum of solid_angle² times the variance of radiance.
+  double bias = 0;        ///< Sum of solid_angle times near_black_bias().
+  /// Over the blocks with motion between exposures: integral of luminance, or that of the difference if that is more.
+  double motion_luminance = 0;
+  double row_variance = 0, row_common = 0, row_bias = 0;  ///< Of RowError: sum of own², of common, of bias.
+
+  /// Possible error of the luminance of all blocks.
+  [[nodiscard]] double row_error() const { return std::sqrt(row_variance) + std::abs(row_common) + row_bias; }
+  BlockTotals& operator+=(const BlockTotals& o);
+};
+
+/// Block sums of a bracket, and their totals.
+struct BlockSums : BlockTotals {
   std::vector<CellSum> sum;  ///< Integral of radiance over each block's solid angle.
   std::vector<float> peak;   ///< Largest luminance of a pixel with solid angle.
-  double clipped_sr = 0;     ///< Solid angle saturated in every exposure, sr.
-  double noise = 0;          ///< Sum of solid_angle² times the variance of radiance.
-  double bias = 0;           ///< Sum of solid_angle times near_black_bias().
   /// Centroid of each block's luminance, in pixels from the middle of its solid angle.
   std::vector<float> offset_x, offset_y;
   /// By block, the number of shortest exposures that were merged; filled by BracketPass only.
   std::vector<std::uint8_t> exposures;
-  /// Over the blocks with motion between exposures: integral of luminance, or that of the difference if that is more.
-  double motion_luminance = 0;
   std::vector<float> clipped;  ///< By block, the solid angle saturated in every exposure.
   /// By block, its part of `noise`, `bias` and `motion_luminance`; filled by the passes that can leave blocks out.
   std::vector<float> block_noise, block_bias, block_motion;
-  /// By block, possible errors of its light by rows that were not read: squared, of those independent of other blocks;
-  /// with a sign, of first order, that all blocks may share; of second order. See RowSampling.
-  std::vector<float> block_rows, block_common, block_second;
-  double rows = 0, common = 0, second = 0;  ///< Sums of these.
+  std::vector<RowError> row_error_of_block;
   ReadStatistics counts;
 
   explicit BlockSums(const BlockLayout& layout)
@@ -45,13 +60,11 @@ struct BlockSums {
         block_noise(layout.size()),
         block_bias(layout.size()),
         block_motion(layout.size()),
-        block_rows(layout.size()),
-        block_common(layout.size()),
-        block_second(layout.size()) {}
-  /// Sets the totals from those of the blocks.
-  void sum_totals();
+        row_error_of_block(layout.size()) {}
+  /// Totals of the blocks from `begin` to before `end`, where each block has its part.
+  [[nodiscard]] BlockTotals totals_of(std::size_t begin, std::size_t end) const;
   void clear_totals() {
-    clipped_sr = noise = bias = motion_luminance = rows = common = second = 0;
+    static_cast<BlockTotals&>(*this) = {};
     counts = {};
   }
   /// Resets totals and `clipped`; the other arrays are overwritten by a pass.

@@ -14,23 +14,6 @@ namespace {
 /// Pixels of YCbCr that are converted to planes at a time: 16 rows of three planes fit into the L1 cache.
 constexpr std::size_t kCodeChunk = 256;
 
-/// The line through the rows that are read, over their index.
-struct RowSpacing {
-  float middle, step;
-};
-
-RowSpacing spacing_of(const SampledRows& rows) {
-  const int n = rows.count(0);
-  float middle = 0, squares = 0, products = 0;
-  for (int k = 0; k < n; ++k) middle += static_cast<float>(rows.row(k)) / static_cast<float>(n);
-  for (int k = 0; k < n; ++k) {
-    const float y = static_cast<float>(rows.row(k)) - middle;
-    squares += y * y;
-    products += y * (static_cast<float>(k) - 0.5F * static_cast<float>(n - 1));
-  }
-  return {middle, squares / products};
-}
-
 }  // namespace
 
 CodePass::CodePass(const RigParameters& rig, const RigTable& table, const BlockLayout& layout)
@@ -281,9 +264,9 @@ void CodePass::finish_strip(const Strip& strip, float radiance_per_linear, Block
   in.cut_off = words ? 0.469F : 0.498F;
   in.half_y = 0.5F * static_cast<float>(rows - 1);
   if (!sampled.all()) {
-    const RowSpacing spacing = spacing_of(sampled);
-    in.row_step = spacing.step;
-    in.row_shift = spacing.middle - 0.5F * static_cast<float>(layout_.edge() - 1);
+    const RowStatistics read = statistics_of(sampled, layout_.edge());
+    in.row_step = static_cast<float>(read.spacing);
+    in.row_shift = static_cast<float>(read.mean - 0.5 * (layout_.edge() - 1));
     in.share = static_cast<float>(rows) / static_cast<float>(layout_.edge());
   }
   in.radiance = radiance_per_linear;

@@ -26,11 +26,10 @@ class CodePass {
   /// Whether the bracket is a single exposure of integer codes that the kernels can sum: rows of at least kMinLanes
   /// pixels, blocks of 2 to kMaxRows rows, and a linear response if codes have 10 or 12 bits.
   [[nodiscard]] bool supports(std::span<const Frame> bracket) const;
-  /// By block, whether some of its rows may be read alone; empty: none.
-  [[nodiscard]] std::vector<std::uint8_t> planes() const { return weights_.planes(); }
+  [[nodiscard]] const CodeWeights& weights() const { return weights_; }
   /// `frame` must have passed RowReader::bind(). `read`: by block, whether it is read; empty: all are. The others keep
   /// what they hold; totals are of the blocks that were read. `rows`: those that are summed, as if the others were
-  /// dark; a part only of blocks in planes().
+  /// dark; a part only of blocks whose weights are a plane.
   void run(const Frame& frame, std::span<const std::uint8_t> read, const SampledRows& rows, BlockSums& out);
 
  private:

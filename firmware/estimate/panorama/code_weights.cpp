@@ -43,14 +43,6 @@ BlockWeights CodeWeights::block_weights(std::size_t block, Lanes lanes) const {
           from(w.spread),     from(w.solid_angle)};
 }
 
-std::vector<std::uint8_t> CodeWeights::planes() const {
-  if (rows_.empty()) return {};
-  std::vector<std::uint8_t> out(layout_.size());
-  for (std::size_t block = 0; block < out.size(); ++block)
-    out[block] = static_cast<std::uint8_t>(block_weights_.mean[block] > 0);
-  return out;
-}
-
 void CodeWeights::plan_row(int lens, int top, std::vector<WeightRun>& runs) {
   const std::size_t first_block = layout_.block_of(lens, 0, top);
   for (int column = 0; column < layout_.columns(lens); ++column) {

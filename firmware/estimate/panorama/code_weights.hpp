@@ -55,8 +55,6 @@ class CodeWeights {
   [[nodiscard]] const std::uint8_t* weights(const WeightRun& run, Lanes lanes) const {
     return bytes_.data() + run.weights[static_cast<std::size_t>(lanes)];
   }
-  /// By block, whether its weights are a plane; empty where there are no weights.
-  [[nodiscard]] std::vector<std::uint8_t> planes() const;
   /// Pointers to the coefficients of this block and the following ones.
   [[nodiscard]] BlockWeights block_weights(std::size_t block, Lanes lanes) const;
 

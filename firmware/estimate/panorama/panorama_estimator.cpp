@@ -53,13 +53,9 @@ std::unique_ptr<SphereIntegrator> make_integrator(const RigParameters& rig, cons
 }
 
 IntegrationErrors errors_of(const FrameIntegral& integral, const DetectedLights& found) {
-  const BlockSums& blocks = integral.blocks;
-  return {blocks.noise,
-          blocks.bias,
-          integral.centroid_offset,
-          found.chroma_edge_error,
-          integral.stale,
-          std::sqrt(blocks.rows) + std::abs(blocks.common) + blocks.second};
+  const BlockTotals& blocks = integral.blocks;
+  return {blocks.noise,   blocks.bias,       integral.centroid_offset, found.chroma_edge_error,
+          integral.stale, blocks.row_error()};
 }
 
 /// The core of a light has at least this part of its peak (light_finder.hpp).

@@ -88,22 +88,13 @@ void RunRotation::set(std::size_t run, const BlockSums& blocks, std::span<const 
       for (std::size_t i = 0; i < kRowCount; ++i)
         to[k][i] += static_cast<double>(light.c[k][i]) - static_cast<double>(kept.c[k][i]);
   };
-  Sums sums{.centroid_offset = centroid_offset};
-  for (std::size_t block = begin; block < end; ++block) {
-    sums.noise += static_cast<double>(blocks.block_noise[block]);
-    sums.bias += static_cast<double>(blocks.block_bias[block]);
-    sums.clipped_sr += static_cast<double>(blocks.clipped[block]);
-    sums.motion_luminance += static_cast<double>(blocks.block_motion[block]);
-    sums.rows += static_cast<double>(blocks.block_rows[block]);
-    sums.common += static_cast<double>(blocks.block_common[block]);
-    sums.second += static_cast<double>(blocks.block_second[block]);
-  }
+  const Sums sums{blocks.totals_of(begin, end), centroid_offset};
   add_change(total_);
   if (in_group(run) || !all_) {
     Difference& difference = in_group(run) ? of_group_ : of_watched_;
     add_change(difference.light);
     // The noise of this reading; that of the last one was about the same.
-    difference.noise += 2 * sums.noise;
+    difference.noise += 2 * sums.blocks.noise;
   }
   kept = light;
   sums_[run] = sums;
@@ -131,13 +122,7 @@ RunRotation::Sums RunRotation::finish_frame(Projection& out) {
   refresh_ = (all_ ? change * interleave_ : stale()) > limit;
   Sums all;
   for (const Sums& of_run : sums_) {
-    all.noise += of_run.noise;
-    all.bias += of_run.bias;
-    all.clipped_sr += of_run.clipped_sr;
-    all.motion_luminance += of_run.motion_luminance;
-    all.rows += of_run.rows;
-    all.common += of_run.common;
-    all.second += of_run.second;
+    all.blocks += of_run.blocks;
     all.centroid_offset += of_run.centroid_offset;
   }
   return all;

@@ -53,8 +53,7 @@ class RunRotation {
            double centroid_offset);
   /// Of all runs, as given to set().
   struct Sums {
-    double noise = 0, bias = 0, clipped_sr = 0, motion_luminance = 0, rows = 0, common = 0,
-           second = 0;  ///< As in BlockSums.
+    BlockTotals blocks;
     double centroid_offset = 0;
   };
   /// After the last set(): the projection of all runs, and their sums.

@@ -149,7 +149,7 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
       block_pass_(table, layout_),
       code_pass_(rig, table, layout_),
       bracket_pass_(rig, table, layout_),
-      row_sampling_(rig, table, layout_, code_pass_.planes()),
+      row_sampling_(rig, table, layout_, code_pass_.weights()),
       rotation_(layout_, grid_),
       unseen_(rig, table, layout_, grid_),
       integral_(layout_, unseen_.cells().size()),
@@ -163,8 +163,12 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
     lens_sr_[static_cast<std::size_t>(layout_.place(block).lens)] += grid_.solid_angle(block);
 }
 
-void SphereIntegrator::sum_codes(std::span<const Frame> bracket, std::span<const std::uint8_t> read,
-                                 double max_row_error) {
+std::pair<std::size_t, std::size_t> SphereIntegrator::blocks_of(int lens) const {
+  return {layout_.first(lens), lens + 1 < layout_.lens_count() ? layout_.first(lens + 1) : layout_.size()};
+}
+
+void SphereIntegrator::sum_codes(const RowReader& reader, std::span<const Frame> bracket,
+                                 std::span<const std::uint8_t> read, double max_row_error) {
   BlockSums& blocks = integral_.blocks;
   const auto sum = [&](std::span<const std::uint8_t> of_blocks, const SampledRows& rows) {
     if (bracket.size() == 1)
@@ -173,15 +177,14 @@ void SphereIntegrator::sum_codes(std::span<const Frame> bracket, std::span<const
       bracket_pass_.run(bracket, of_blocks, rows, blocks);
   };
   for_each_read(read, 0, blocks.sum.size(), [&](std::size_t first, std::size_t last) {
-    for (auto* errors : {&blocks.block_rows, &blocks.block_common, &blocks.block_second})
-      std::fill(errors->data() + first, errors->data() + last, 0.0F);
+    std::fill(&blocks.row_error_of_block[first], blocks.row_error_of_block.data() + last, RowError{});
   });
-  if (!(max_row_error > 0) || !row_sampling_.supports(bracket)) return sum(read, {});
+  if (!(max_row_error > 0) || !row_sampling_.supports(reader)) return sum(read, {});
   const std::span<const std::uint8_t> sampled = row_sampling_.sampled(read);
   sum(row_sampling_.others(read), {});
-  sum(sampled, row_sampling_.rows(bracket));
-  sum(row_sampling_.estimate(bracket, sampled, max_row_error, blocks), {});
-  blocks.sum_totals();
+  sum(sampled, row_sampling_.rows(reader));
+  sum(row_sampling_.estimate(reader, sampled, max_row_error, blocks), {});
+  static_cast<BlockTotals&>(blocks) = blocks.totals_of(0, blocks.sum.size());
 }
 
 const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill,
@@ -196,8 +199,9 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
   exposure_count_ = bracket.size();
   std::span<const std::uint8_t> read;
   if (rotates) read = rotation_.begin_frame(reading.interleave, bracket.front().info.mid_exposure);
+  clear_missing(present);
   if (codes || merges)
-    sum_codes(bracket, read, reading.max_row_error);
+    sum_codes(reader, bracket, read, reading.max_row_error);
   else
     block_pass_.run(reader, out.blocks);
   if (merges) reader.limit_exposures_per_block(layout_, out.blocks.exposures);
@@ -211,13 +215,7 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
       rotation_.set(run, out.blocks, centroid_overrides_, centroid_offset);
     }
     const RunRotation::Sums sums = rotation_.finish_frame(out.projection);
-    out.blocks.noise = sums.noise;
-    out.blocks.bias = sums.bias;
-    out.blocks.clipped_sr = sums.clipped_sr;
-    out.blocks.motion_luminance = sums.motion_luminance;
-    out.blocks.rows = sums.rows;
-    out.blocks.common = sums.common;
-    out.blocks.second = sums.second;
+    static_cast<BlockTotals&>(out.blocks) = sums.blocks;
     out.centroid_offset = sums.centroid_offset;
     out.stale = rotation_.stale();
   } else {
@@ -232,21 +230,28 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
   return out;
 }
 
-double SphereIntegrator::sum_observed(unsigned present) {
+void SphereIntegrator::clear_missing(unsigned present) {
   BlockSums& blocks = integral_.blocks;
-  double observed_sr = 0, luminance = 0;
   for (int lens = 0; lens < layout_.lens_count(); ++lens) {
-    const std::size_t first = layout_.first(lens);
-    const std::size_t end = lens + 1 < layout_.lens_count() ? layout_.first(lens + 1) : layout_.size();
-    if ((present >> lens & 1U) != 0) {
-      observed_sr += lens_sr_[static_cast<std::size_t>(lens)];
-      luminance += luminance_of_all(std::span(blocks.sum).subspan(first, end - first));
-      continue;
-    }
+    if ((present >> lens & 1U) != 0) continue;
+    const auto [first, end] = blocks_of(lens);
     for (std::size_t block = first; block < end; ++block) {
       blocks.sum[block] = {};
-      blocks.peak[block] = blocks.offset_x[block] = blocks.offset_y[block] = blocks.clipped[block] = 0;
+      blocks.row_error_of_block[block] = {};
+      for (auto* values : {&blocks.peak, &blocks.offset_x, &blocks.offset_y, &blocks.clipped, &blocks.block_noise,
+                           &blocks.block_bias, &blocks.block_motion})
+        (*values)[block] = 0;
     }
+  }
+}
+
+double SphereIntegrator::sum_observed(unsigned present) {
+  double observed_sr = 0, luminance = 0;
+  for (int lens = 0; lens < layout_.lens_count(); ++lens) {
+    if ((present >> lens & 1U) == 0) continue;
+    const auto [first, end] = blocks_of(lens);
+    observed_sr += lens_sr_[static_cast<std::size_t>(lens)];
+    luminance += luminance_of_all(std::span(integral_.blocks.sum).subspan(first, end - first));
   }
   integral_.observed_sr = observed_sr;
   integral_.mean_luminance = static_cast<float>(luminance / std::max(observed_sr, 1e-12));

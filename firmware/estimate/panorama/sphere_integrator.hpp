@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <lightwell/calibration.hpp>
@@ -101,9 +102,13 @@ class SphereIntegrator {
   };
 
   /// Sums of the blocks of `read` (empty: all) by CodePass or BracketPass.
-  void sum_codes(std::span<const Frame> bracket, std::span<const std::uint8_t> read, double max_row_error);
-  /// Sets the blocks of missing lenses to zero, and what integral_ holds about the observed ones. Returns the integral
-  /// of their luminance. `present`: bit mask of the lenses in the bracket.
+  void sum_codes(const RowReader& reader, std::span<const Frame> bracket, std::span<const std::uint8_t> read,
+                 double max_row_error);
+  /// The first block of a lens, and the one after its last.
+  [[nodiscard]] std::pair<std::size_t, std::size_t> blocks_of(int lens) const;
+  /// Sets the blocks of missing lenses to zero. `present`: bit mask of the lenses in the bracket.
+  void clear_missing(unsigned present);
+  /// Sets what integral_ holds about the observed blocks. Returns the integral of their luminance.
   double sum_observed(unsigned present);
   /// Fills centroid_overrides_ for those blocks from `begin` to before `end` whose centroid offset matters most;
   /// returns the sum of the others (FrameIntegral::centroid_offset). `luminance`: of all blocks.

@@ -21,7 +21,10 @@ struct Format {
 
 const Format kFormats[] = {
     {"bytes", 1, [](const std::uint8_t* p) { return p[0]; }, nullptr, scan_bytes},
-    {"words", 2, [](const std::uint8_t* p) { return (p[0] | p[1] << 8) & 0xFFFU; }, nullptr, scan_words},
+    {"10 bits", 2, [](const std::uint8_t* p) { return (p[0] | p[1] << 8) & 0x3FFU; }, nullptr,
+     [](const BlockSamples& b, const SampledRows& r) { return scan_words(b, r, 0x3FF); }},
+    {"12 bits", 2, [](const std::uint8_t* p) { return (p[0] | p[1] << 8) & 0xFFFU; }, nullptr,
+     [](const BlockSamples& b, const SampledRows& r) { return scan_words(b, r, 0xFFF); }},
     {"yuyv", 2, [](const std::uint8_t* p) { return p[0]; }, [](const std::uint8_t* p) { return p[1]; }, scan_yuyv},
 };
 

@@ -48,7 +48,7 @@ class Integrals {
 
 std::size_t blocks_in_part(const FrameIntegral& integral) {
   std::size_t count = 0;
-  for (const float error : integral.blocks.block_rows) count += error > 0 ? 1 : 0;
+  for (const RowError& error : integral.blocks.row_error_of_block) count += error.own > 0 ? 1 : 0;
   return count;
 }
 
@@ -62,8 +62,7 @@ double difference_of(const FrameIntegral& a, const FrameIntegral& b) {
 
 /// What the bound adds for rows that were not read, relative to the same.
 double bound_of(const FrameIntegral& integral) {
-  return (std::sqrt(integral.blocks.rows) + std::abs(integral.blocks.common) + integral.blocks.second) /
-         std::sqrt(6.0) / irradiance_rms(integral.projection).plain;
+  return integral.blocks.row_error() / std::sqrt(6.0) / irradiance_rms(integral.projection).plain;
 }
 
 struct Case {
@@ -108,7 +107,8 @@ TEST(RowSampling, GivesTheLightOfAllRowsWithinItsShareOfTheBound) {
     EXPECT_GE(blocks_in_part(part), linear ? 0 : integrals.layout().size() / (c.edge == 8 ? 5 : 20));
     EXPECT_LE(blocks_in_part(part), linear ? 0 : integrals.layout().size());
     EXPECT_LE(difference_of(whole, part), bound_of(part));
-    EXPECT_LT(bound_of(part), 3e-3);
+    // A third of epsilon.
+    EXPECT_LT(bound_of(part), 3.3e-3);
     EXPECT_NEAR(part.blocks.clipped_sr, whole.blocks.clipped_sr, 1e-6);
   }
 }
@@ -121,12 +121,14 @@ TEST(RowSampling, OfAUniformSphereIsExact) {
     const std::vector<RadianceOf> scenes(c.exposures.size(), [](Vec3d) { return Radiance{1, 0.9F, 0.8F}; });
     const Bracket bracket = bracket_of(rig, integrals.table(), c.format, scenes, c.exposures);
     const FrameIntegral whole = integrals.of(bracket.frames, 0), part = integrals.of(bracket.frames, kMaxRowError);
+    // The noise of the rows that are not decoded. Where samples of chroma are shared, there are fewer of these than the
+    // model of the noise counts: 4 in a row of 8 pixels, for 16 pixels of a block.
     const double rms = irradiance_rms(part.projection).plain;
     EXPECT_LT(difference_of(whole, part), 3 * noise_rms({.noise = part.blocks.noise}) / rms + 4e-4);
     for (std::size_t block = 0; block < part.blocks.sum.size(); ++block) {
       const float a = whole.blocks.sum[block].luminance(), b = part.blocks.sum[block].luminance();
       ASSERT_NEAR(b, a, 5 * std::sqrt(part.blocks.block_noise[block]) + 0.02F * a) << "block " << block;
-      if (part.blocks.block_rows[block] > 0) {
+      if (part.blocks.row_error_of_block[block].own > 0) {
         ASSERT_NEAR(part.blocks.offset_y[block], whole.blocks.offset_y[block], 0.1F) << "block " << block;
       }
     }
@@ -179,6 +181,7 @@ TEST(RowSampling, IsNotDeceivedByStripesOverTheWholeSphere) {
             picture.set(x, y, static_cast<std::uint8_t>(y % period < period / 2 ? 60 : 60 + contrast));
         const FrameIntegral whole = integrals.of(std::span(&picture.frame, 1), 0),
                             part = integrals.of(std::span(&picture.frame, 1), kMaxRowError);
+        // The weights of a block fit a plane within 5e-4, and not in all blocks with the same sign.
         EXPECT_LE(difference_of(whole, part), 1e-4 + bound_of(part))
             << "blocks of " << edge << ", period " << period << ", codes 60 and " << 60 + contrast;
       }
@@ -218,9 +221,28 @@ TEST(RowSampling, HasNoMemory) {
   const FrameIntegral after = integrals.of(std::span(&first.frame, 1), kMaxRowError);
   for (std::size_t block = 0; block < before.blocks.sum.size(); ++block) {
     ASSERT_EQ(before.blocks.sum[block].g, after.blocks.sum[block].g) << block;
-    ASSERT_EQ(before.blocks.block_rows[block], after.blocks.block_rows[block]) << block;
+    ASSERT_EQ(before.blocks.row_error_of_block[block].own, after.blocks.row_error_of_block[block].own) << block;
   }
   EXPECT_EQ(before.projection.c, after.projection.c);
+}
+
+TEST(RowSampling, OfAMissingLensKeepsNothing) {
+  const RigParameters rig = nonlinear_rig("pair", PixelFormat::rgb8);
+  Integrals used(rig, 16), fresh(rig, 16);
+  const std::vector<RadianceOf> scenes(1, furnished_room());
+  // Too long an exposure: both lenses have saturated pixels.
+  const std::vector<double> exposure{0.05};
+  const Bracket both = bracket_of(rig, used.table(), PixelFormat::rgb8, scenes, exposure);
+  ASSERT_GT(used.of(both.frames, kMaxRowError).blocks.clipped_sr, 0.1);
+  Frame first;
+  first.info = both.frames[0].info;
+  first.add_view(both.frames[0].views()[0]);
+  const FrameIntegral expected = fresh.of(std::span(&first, 1), kMaxRowError),
+                      got = used.of(std::span(&first, 1), kMaxRowError);
+  EXPECT_EQ(got.blocks.clipped_sr, expected.blocks.clipped_sr);
+  EXPECT_EQ(got.blocks.noise, expected.blocks.noise);
+  EXPECT_EQ(got.blocks.row_error(), expected.blocks.row_error());
+  EXPECT_EQ(got.projection.c, expected.projection.c);
 }
 
 TEST(RowSampling, IsOffInTheDarkAndForSmallBlocks) {
@@ -235,7 +257,7 @@ TEST(RowSampling, IsOffInTheDarkAndForSmallBlocks) {
                       dark = integrals.of(std::span(&picture.frame, 1), kMaxRowError);
   for (std::size_t block = 0; block < dark.blocks.sum.size(); ++block)
     ASSERT_EQ(dark.blocks.sum[block].g, whole.blocks.sum[block].g) << block;
-  EXPECT_EQ(dark.blocks.rows, 0);
+  EXPECT_EQ(dark.blocks.row_error(), 0);
 }
 
 }  // namespace

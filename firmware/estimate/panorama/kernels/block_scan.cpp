@@ -98,14 +98,15 @@ struct WordSums {
   using D16 = hn::CappedTag<std::uint16_t, 8>;
   using D32 = hn::RepartitionToWide<D16>;
   hn::Vec<D32> all, read;
-  hn::Vec<D16> largest;
+  hn::Vec<D16> largest, mask;
 
-  HWY_INLINE WordSums() {
+  HWY_INLINE explicit WordSums(std::uint16_t bits) {
     all = read = hn::Zero(D32());
     largest = hn::Zero(D16());
+    mask = hn::Set(D16(), bits);
   }
-  static HWY_INLINE hn::Vec<D16> sample(const std::uint8_t* at) {
-    return hn::And(hn::BitCast(D16(), hn::LoadU(hn::Repartition<std::uint8_t, D16>(), at)), hn::Set(D16(), 0xFFF));
+  HWY_INLINE hn::Vec<D16> sample(const std::uint8_t* at) const {
+    return hn::And(hn::BitCast(D16(), hn::LoadU(hn::Repartition<std::uint8_t, D16>(), at)), mask);
   }
   HWY_INLINE void add(const std::uint8_t* row, const std::uint8_t* next) {
     const hn::Vec<D16> a = sample(row), b = sample(next);
@@ -122,8 +123,7 @@ struct WordSums {
 };
 
 template <class Sums>
-HWY_INLINE BlockScan Scan(const BlockSamples& block, const SampledRows& rows) {
-  Sums sums;
+HWY_INLINE BlockScan Scan(const BlockSamples& block, const SampledRows& rows, Sums sums) {
   const std::size_t stride = block.stride, step = static_cast<std::size_t>(rows.step) * stride;
   for (std::size_t at = 0; at < block.bytes; at += Sums::kAtOnce) {
     const std::uint8_t* row = block.first + at;
@@ -141,12 +141,14 @@ HWY_INLINE BlockScan Scan(const BlockSamples& block, const SampledRows& rows) {
 }
 
 BlockScan ScanBytes(const BlockSamples& block, const SampledRows& rows) {
-  return block.bytes % 16 == 0 ? Scan<ByteSums<16>>(block, rows) : Scan<ByteSums<8>>(block, rows);
+  return block.bytes % 16 == 0 ? Scan(block, rows, ByteSums<16>()) : Scan(block, rows, ByteSums<8>());
 }
 
-BlockScan ScanWords(const BlockSamples& block, const SampledRows& rows) { return Scan<WordSums>(block, rows); }
+BlockScan ScanWords(const BlockSamples& block, const SampledRows& rows, std::uint16_t mask) {
+  return Scan(block, rows, WordSums(mask));
+}
 
-BlockScan ScanYuyv(const BlockSamples& block, const SampledRows& rows) { return Scan<YuyvSums>(block, rows); }
+BlockScan ScanYuyv(const BlockSamples& block, const SampledRows& rows) { return Scan(block, rows, YuyvSums()); }
 
 }  // namespace HWY_NAMESPACE
 }  // namespace lightwell::estimate
@@ -163,8 +165,8 @@ BlockScan scan_bytes(const BlockSamples& block, const SampledRows& rows) {
   return HWY_DYNAMIC_DISPATCH(ScanBytes)(block, rows);
 }
 
-BlockScan scan_words(const BlockSamples& block, const SampledRows& rows) {
-  return HWY_DYNAMIC_DISPATCH(ScanWords)(block, rows);
+BlockScan scan_words(const BlockSamples& block, const SampledRows& rows, std::uint16_t mask) {
+  return HWY_DYNAMIC_DISPATCH(ScanWords)(block, rows, mask);
 }
 
 BlockScan scan_yuyv(const BlockSamples& block, const SampledRows& rows) {

@@ -19,6 +19,25 @@ struct SampledRows {
   [[nodiscard]] constexpr int row(int index) const { return index / unit * step + offset + index % unit; }
 };
 
+/// Of the rows that are read of a block of `rows` rows.
+struct RowStatistics {
+  double mean = 0, variance = 0;
+  double spacing = 0;  ///< Slope of the line through the rows over their index; of two rows or more.
+};
+[[nodiscard]] constexpr RowStatistics statistics_of(const SampledRows& rows, int of_block) {
+  RowStatistics out;
+  const int n = rows.count(of_block);
+  for (int k = 0; k < n; ++k) out.mean += static_cast<double>(rows.row(k)) / n;
+  double products = 0;
+  for (int k = 0; k < n; ++k) {
+    const double y = rows.row(k) - out.mean;
+    out.variance += y * y / n;
+    products += y * (k - (n - 1) / 2.0) / n;
+  }
+  out.spacing = products > 0 ? out.variance / products : 0;
+  return out;
+}
+
 /// Samples of a block, one plane: 4, 8 or 16 rows, `stride` bytes apart, of `bytes` bytes, a multiple of 8.
 struct BlockSamples {
   const std::uint8_t* first;
@@ -35,8 +54,8 @@ struct BlockScan {
 
 /// Samples are bytes; `largest_chroma` is 0.
 [[nodiscard]] BlockScan scan_bytes(const BlockSamples& block, const SampledRows& rows);
-/// Samples are the lower 12 bits of 16-bit little-endian words; `largest_chroma` is 0.
-[[nodiscard]] BlockScan scan_words(const BlockSamples& block, const SampledRows& rows);
+/// Samples are 16-bit little-endian words, masked to at most 12 bits; `largest_chroma` is 0.
+[[nodiscard]] BlockScan scan_words(const BlockSamples& block, const SampledRows& rows, std::uint16_t mask);
 /// Samples are bytes of luma, each followed by a byte of chroma.
 [[nodiscard]] BlockScan scan_yuyv(const BlockSamples& block, const SampledRows& rows);
 
