@@ -89,6 +89,7 @@ RowSampling::RowSampling(const RigParameters& rig, const RigTable& table, const 
 void RowSampling::plan(const RigTable& table, const CodeWeights& weights, Reading& out) const {
   const int edge = layout_.edge();
   out.blocks.resize(layout_.size());
+  out.count = static_cast<float>(out.rows.count(edge));
   out.gradient = static_cast<float>(statistics_of({}, edge).variance / statistics_of(out.rows, edge).variance);
   for (std::size_t block = 0; block < layout_.size(); ++block) {
     if (plane_[block] == 0) continue;
@@ -140,24 +141,23 @@ std::span<const std::uint8_t> RowSampling::others(std::span<const std::uint8_t> 
   return whole_;
 }
 
-RowSampling::Scan RowSampling::scan(const View& view, const BlockLayout::Place& place, const SampledRows& rows) const {
+RowSampling::Scan RowSampling::scan(const View& view, const BlockLayout::Place& place, const Reading& reading) const {
   const PixelLayout& layout = pixel_layout(view.format);
   const Lens& lens = lenses_[static_cast<std::size_t>(place.lens)];
   const int edge = layout_.edge();
   const auto width = static_cast<std::size_t>(edge), x = static_cast<std::size_t>(place.x);
   const BlockSamples samples{row_of(view, place.y) + x * layout.pixel_bytes, view.stride, edge,
                              width * layout.pixel_bytes};
-  BlockScan codes = view.format == PixelFormat::yuyv ? scan_yuyv(samples, rows)
+  BlockScan codes = view.format == PixelFormat::yuyv ? scan_yuyv(samples, reading.rows)
                     : layout.sample_bytes == 2
-                        ? scan_words(samples, rows, static_cast<std::uint16_t>(layout.full_scale()))
-                        : scan_bytes(samples, rows);
-  const auto samples_of_row = static_cast<float>(layout.sampling == ColorSampling::rgb ? 3 * place.width : place.width);
+                        ? scan_words(samples, reading.rows, static_cast<std::uint16_t>(layout.full_scale()))
+                        : scan_bytes(samples, reading.rows);
+  const auto samples_of_row = static_cast<float>(layout.sampling == ColorSampling::rgb ? 3 * edge : edge);
   const float all = static_cast<float>(codes.all) / (samples_of_row * static_cast<float>(edge)),
-              read = static_cast<float>(codes.read) / (samples_of_row * static_cast<float>(rows.count(edge)));
+              read = static_cast<float>(codes.read) / (samples_of_row * reading.count);
   const bool has_luma = layout.sampling == ColorSampling::ycbcr;
   if (layout.planes == 2)
-    codes.largest_chroma =
-        scan_bytes({row_of(view, view.height + place.y / 2) + x, view.stride, edge / 2, width}, {}).largest;
+    codes.largest_chroma = largest_byte({row_of(view, view.height + place.y / 2) + x, view.stride, edge / 2, width});
   // Chroma adds most to blue.
   if (has_luma)
     codes.largest = rgb8_of_ycbcr601(static_cast<int>(codes.largest),
@@ -179,14 +179,14 @@ RowError RowSampling::estimate_block(const RowReader& reader, std::size_t block,
   CellSum& sum = blocks.sum[block];
   // Mean radiance of the brightest channel, before white balance.
   const auto& w = lens.inverse_white;
-  const float brightest = std::max({sum.r * w[0], sum.g * w[1], sum.b * w[2], 0.0F}) * scale / sr;
+  const float brightest = std::max(std::max(sum.r * w[0], sum.g * w[1]), std::max(sum.b * w[2], 0.0F)) * scale / sr;
   const std::span<const RowReader::Exposure> exposures = reader.exposures();
   float radiance_per_linear = 0;
   Scan scanned{0, 0, 0, true};
   for (std::size_t k = exposures.size(); k-- > 0 && scanned.saturated;) {
     radiance_per_linear = exposures[k].radiance_per_linear * inverse_vignetting;
     if (k > 0 && brightest > kWellExposed * radiance_per_linear) continue;
-    scanned = scan(exposures[k].view[static_cast<std::size_t>(lens_number)], place, reading.rows);
+    scanned = scan(exposures[k].view[static_cast<std::size_t>(lens_number)], place, reading);
   }
 
   const float correction =
@@ -199,10 +199,10 @@ RowError RowSampling::estimate_block(const RowReader& reader, std::size_t block,
   if (luminance > 0) blocks.offset_y[block] = (blocks.offset_y[block] - shift) * reading.gradient;
   if (scanned.saturated && blocks.clipped[block] < 0.999F * sr) return kReadWhole;
 
-  const int edge = layout_.edge();
-  const float noise = std::sqrt(blocks.block_noise[block] * static_cast<float>(edge * reading.rows.count(edge)));
+  const auto edge = static_cast<float>(layout_.edge());
+  const float noise = std::sqrt(blocks.block_noise[block] * edge * reading.count);
   const float excess = (scanned.largest * radiance_per_linear - brightest) * sr - kPeakNoiseSigmas * noise;
-  const float missed = kMissedRows * std::max(excess, 0.0F) * lens.largest_white / static_cast<float>(edge);
+  const float missed = kMissedRows * std::max(excess, 0.0F) * lens.largest_white / edge;
   const float corrected = correction * luminance, unsure = std::abs(correction) > kSureCorrection ? kUnsure : 1;
   return {missed + unsure * kCorrectionError * std::abs(corrected), unsure * kCommonError * corrected,
           unsure * kBias * correction * corrected};

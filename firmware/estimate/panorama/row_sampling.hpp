@@ -72,6 +72,7 @@ class RowSampling {
   /// Precomputed for a choice of rows.
   struct Reading {
     SampledRows rows;
+    float count = 0;  ///< Of the rows that are read of a block.
     std::vector<Block> blocks;
     float gradient = 1;  ///< Variance of the rows of a block over that of the rows that are read.
   };
@@ -84,7 +85,7 @@ class RowSampling {
   };
   void plan(const RigTable& table, const CodeWeights& weights, Reading& out) const;
   [[nodiscard]] const Reading& reading_of(const RowReader& reader) const;
-  [[nodiscard]] Scan scan(const View& view, const BlockLayout::Place& place, const SampledRows& rows) const;
+  [[nodiscard]] Scan scan(const View& view, const BlockLayout::Place& place, const Reading& reading) const;
   /// `own` is infinite where the block must be read whole.
   [[nodiscard]] RowError estimate_block(const RowReader& reader, std::size_t block, const Reading& reading,
                                         BlockSums& blocks) const;

@@ -62,6 +62,9 @@ TEST(BlockScan, EqualsItsDefinition) {
                     << target << " " << format.name << " " << rows << " rows of " << bytes;
                 ASSERT_EQ(got.largest, expected.largest) << target << " " << format.name;
                 ASSERT_EQ(got.largest_chroma, expected.largest_chroma) << target << " " << format.name;
+                if (format.bytes == 1) {
+                  ASSERT_EQ(largest_byte({at, stride, rows, bytes}), expected.largest) << target;
+                }
               }
         }
   });

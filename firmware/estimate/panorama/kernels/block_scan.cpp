@@ -148,6 +148,22 @@ BlockScan ScanWords(const BlockSamples& block, const SampledRows& rows, std::uin
   return Scan(block, rows, WordSums(mask));
 }
 
+template <std::size_t kBytes>
+HWY_INLINE std::uint32_t Largest(const BlockSamples& block) {
+  const hn::CappedTag<std::uint8_t, kBytes> d;
+  hn::Vec<decltype(d)> largest = hn::Zero(d);
+  for (std::size_t at = 0; at < block.bytes; at += kBytes) {
+    const std::uint8_t* row = block.first + at;
+    for (int y = 0; y < block.rows; y += 4, row += 4 * block.stride)
+      for (std::size_t k = 0; k < 4; ++k) largest = hn::Max(largest, hn::LoadU(d, row + k * block.stride));
+  }
+  return hn::GetLane(hn::MaxOfLanes(d, largest));
+}
+
+std::uint32_t LargestByte(const BlockSamples& block) {
+  return block.bytes % 16 == 0 ? Largest<16>(block) : Largest<8>(block);
+}
+
 BlockScan ScanYuyv(const BlockSamples& block, const SampledRows& rows) { return Scan(block, rows, YuyvSums()); }
 
 }  // namespace HWY_NAMESPACE
@@ -160,6 +176,7 @@ namespace lightwell::estimate {
 HWY_EXPORT(ScanBytes);
 HWY_EXPORT(ScanWords);
 HWY_EXPORT(ScanYuyv);
+HWY_EXPORT(LargestByte);
 
 BlockScan scan_bytes(const BlockSamples& block, const SampledRows& rows) {
   return HWY_DYNAMIC_DISPATCH(ScanBytes)(block, rows);
@@ -172,6 +189,8 @@ BlockScan scan_words(const BlockSamples& block, const SampledRows& rows, std::ui
 BlockScan scan_yuyv(const BlockSamples& block, const SampledRows& rows) {
   return HWY_DYNAMIC_DISPATCH(ScanYuyv)(block, rows);
 }
+
+std::uint32_t largest_byte(const BlockSamples& block) { return HWY_DYNAMIC_DISPATCH(LargestByte)(block); }
 
 }  // namespace lightwell::estimate
 #endif  // HWY_ONCE

@@ -47,16 +47,18 @@ struct BlockSamples {
 };
 
 struct BlockScan {
-  std::uint32_t all = 0, read = 0;  ///< Sums of the samples of all rows, and of those that are read.
-  std::uint32_t largest = 0;        ///< Of all rows.
-  std::uint32_t largest_chroma = 0;
+  std::uint32_t all = 0, read = 0;   ///< Sums of the samples of all rows, and of those that are read.
+  std::uint32_t largest = 0;         ///< Of all rows.
+  std::uint32_t largest_chroma = 0;  ///< Of all rows, where chroma lies between luma.
 };
 
-/// Samples are bytes; `largest_chroma` is 0.
+/// Samples are bytes.
 [[nodiscard]] BlockScan scan_bytes(const BlockSamples& block, const SampledRows& rows);
-/// Samples are 16-bit little-endian words, masked to at most 12 bits; `largest_chroma` is 0.
+/// Samples are 16-bit little-endian words, masked to at most 12 bits.
 [[nodiscard]] BlockScan scan_words(const BlockSamples& block, const SampledRows& rows, std::uint16_t mask);
 /// Samples are bytes of luma, each followed by a byte of chroma.
 [[nodiscard]] BlockScan scan_yuyv(const BlockSamples& block, const SampledRows& rows);
+/// `largest` alone of scan_bytes().
+[[nodiscard]] std::uint32_t largest_byte(const BlockSamples& block);
 
 }  // namespace lightwell::estimate
