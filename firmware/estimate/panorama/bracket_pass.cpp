@@ -32,6 +32,13 @@ float round_mantissa(float v, int bits) {
   return std::bit_cast<float>((whole + half) & ~(2 * half - 1));
 }
 
+template <std::size_t kBytes>
+void set_bytes(const std::vector<float>& values, CodeBytes<kBytes>& out) {
+  for (std::size_t code = 0; code < values.size(); ++code)
+    for (std::size_t b = 0; b < kBytes; ++b)
+      out[b][code] = static_cast<std::uint8_t>(std::bit_cast<std::uint32_t>(values[code]) >> (24 - 8 * b));
+}
+
 CodeLut make_lut(const PhotometricCalibration& p, int levels) {
   CodeLut w;
   w.linear = linear_table(p, levels);
@@ -59,8 +66,11 @@ CodeLut make_lut(const PhotometricCalibration& p, int levels) {
   for (std::size_t i = 0; i < w.saturated_from && i < w.weight.size(); ++i)
     w.weight[i] = round_mantissa(w.unit * w.unit / variance[i], 16);
   if (w.saturated_from < w.linear.size()) w.saturated_linear = w.linear[w.saturated_from];
-  if (levels == 256)
+  if (levels == 256) {
     for (float& linear : w.linear) linear = round_mantissa(linear, 24);
+    set_bytes(w.linear, w.linear_bytes);
+    set_bytes(w.weight, w.weight_bytes);
+  }
   return w;
 }
 

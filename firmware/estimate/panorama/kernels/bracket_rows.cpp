@@ -1,5 +1,7 @@
 #include "estimate/panorama/kernels/bracket_rows.hpp"
 
+#include <type_traits>
+
 #include <lightwell/color.hpp>
 
 #undef HWY_TARGET_INCLUDE
@@ -91,9 +93,10 @@ HWY_NOINLINE Merged bound_clipped(const BracketRow& row, const AnySample* sample
   return m;
 }
 
-template <bool kQuads, class AnySample>
+/// `count`: an int, or an integral_constant, of which the compiler unrolls the loop.
+template <bool kQuads, class AnySample, class Count>
 HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const BracketColumns& out,
-                           const AnySample* samples, int count, std::size_t p, std::size_t at,
+                           const AnySample* samples, Count count, std::size_t p, std::size_t at,
                            const PixelWeights& pixel_weights) {
   const DF d;
   const D32 d32;
@@ -172,15 +175,14 @@ HWY_INLINE void merge_part(const BracketRow& row, const Constants& c, const Brac
   hn::StoreU(hn::Max(hn::LoadU(d, out.peak + at), bright), d, out.peak + at);
 }
 
-template <class Source, bool kQuads>
-HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t end, std::size_t readable_end,
-                           const BracketColumns& columns) {
+template <class Source, bool kQuads, class Count>
+HWY_INLINE void merge_rows_of(const BracketRow& row, Count count, std::size_t begin, std::size_t end,
+                              std::size_t readable_end, const BracketColumns& columns) {
   const DF d;
   const std::size_t lanes = hn::Lanes(d), n = kParts * lanes;
   const Constants constants(row);
   const BracketColumns out = columns;
   const Source source(*row.lut);
-  const int count = row.count;
   typename Source::Sample samples[kMaxBracket];
   for (std::size_t from = begin; from < end; from += n) {
     // The last strip is shifted back so that it ends at readable_end.
@@ -205,6 +207,15 @@ HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t
       merge_part<kQuads>(row, constants, out, samples, count, p, part, pixel_weights);
     }
   }
+}
+
+template <class Source, bool kQuads>
+HWY_INLINE void merge_rows(const BracketRow& row, std::size_t begin, std::size_t end, std::size_t readable_end,
+                           const BracketColumns& columns) {
+  if (row.count == 3)
+    merge_rows_of<Source, kQuads>(row, std::integral_constant<int, 3>(), begin, end, readable_end, columns);
+  else
+    merge_rows_of<Source, kQuads>(row, row.count, begin, end, readable_end, columns);
 }
 
 void MergeRow(const BracketRow& row, std::size_t begin, std::size_t end, std::size_t readable_end,
@@ -246,53 +257,60 @@ void SharedTops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, 
   });
 }
 
-/// Joins adjacent columns pairwise until each block is one column.
-template <class Join>
-HWY_INLINE void fold(float* columns, std::size_t count, std::size_t edge, Join&& join) {
-  const DF d;
-  for (std::size_t width = 1; width < edge; width *= 2) {
-    count /= 2;
-    for (std::size_t to = 0; to < count; to += hn::Lanes(d)) {
-      VF even, odd;
-      hn::LoadInterleaved2(d, columns + 2 * to, even, odd);
-      hn::StoreU(join(even, odd), d, columns + to);
-    }
+/// Writes the sum of each block over its first column, in order: no column is read after it was written.
+template <std::size_t kWidth>
+HWY_INLINE void fold(float* columns, std::size_t blocks) {
+  const hn::CappedTag<float, kWidth % 4 == 0 ? 4 : 1> d;
+  for (std::size_t k = 0; k < blocks; ++k) {
+    auto sum = hn::LoadU(d, columns + k * kWidth);
+    for (std::size_t x = hn::Lanes(d); x < kWidth; x += hn::Lanes(d))
+      sum = hn::Add(sum, hn::LoadU(d, columns + k * kWidth + x));
+    columns[k] = hn::GetLane(hn::SumOfLanes(d, sum));
   }
+}
+
+template <std::size_t kWidth>
+HWY_INLINE void fold_blocks(const BracketColumns& columns, int pairs, const std::array<float, 3>& luminance,
+                            std::size_t first, std::size_t blocks, const FoldedColumns& out) {
+  const hn::CappedTag<float, kWidth % 4 == 0 ? 4 : 1> d;
+  for (std::size_t k = 0; k < blocks; ++k) {
+    auto across = hn::Zero(d), peak = across, column = hn::Iota(d, 0);
+    for (std::size_t x = 0; x < kWidth; x += hn::Lanes(d)) {
+      const std::size_t at = first + k * kWidth + x;
+      const auto light = hn::MulAdd(hn::Set(d, luminance[0]), hn::LoadU(d, columns.r + at),
+                                    hn::MulAdd(hn::Set(d, luminance[1]), hn::LoadU(d, columns.g + at),
+                                               hn::Mul(hn::Set(d, luminance[2]), hn::LoadU(d, columns.b + at))));
+      across = hn::MulAdd(column, light, across);
+      column = hn::Add(column, hn::Set(d, static_cast<float>(hn::Lanes(d))));
+      peak = hn::Max(peak, hn::LoadU(d, columns.peak + at));
+    }
+    out.across[first + k] = hn::GetLane(hn::SumOfLanes(d, across));
+    columns.peak[first + k] = hn::GetLane(hn::MaxOfLanes(d, peak));
+  }
+  for (float* column : {columns.r, columns.g, columns.b, columns.low, columns.noise, columns.bias, columns.clipped})
+    fold<kWidth>(column + first, blocks);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(pairs); ++k) {
+    fold<kWidth>(columns.difference[k] + first, blocks);
+    fold<kWidth>(columns.noise_allowance[k] + first, blocks);
+  }
+  for (std::size_t k = first; k < first + blocks; ++k)
+    out.luminance[k] = luminance[0] * columns.r[k] + luminance[1] * columns.g[k] + luminance[2] * columns.b[k];
 }
 
 void FoldColumns(const BracketColumns& columns, int pairs, const std::array<float, 3>& luminance, std::size_t first,
                  int edge, std::size_t blocks, const FoldedColumns& out) {
-  const DF d;
-  const std::size_t width = static_cast<std::size_t>(edge), count = blocks * width;
-  float* light = out.luminance + first;
-  float* across = out.across + first;
-  for (std::size_t i = 0; i < count; i += hn::Lanes(d)) {
-    const VF r = hn::LoadU(d, columns.r + first + i), g = hn::LoadU(d, columns.g + first + i),
-             b = hn::LoadU(d, columns.b + first + i);
-    hn::StoreU(hn::MulAdd(hn::Set(d, luminance[0]), r,
-                          hn::MulAdd(hn::Set(d, luminance[1]), g, hn::Mul(hn::Set(d, luminance[2]), b))),
-               d, light + i);
-    hn::StoreU(hn::Zero(d), d, across + i);
+  switch (edge) {
+    case 16:
+      return fold_blocks<16>(columns, pairs, luminance, first, blocks, out);
+    case 8:
+      return fold_blocks<8>(columns, pairs, luminance, first, blocks, out);
+    case 4:
+      return fold_blocks<4>(columns, pairs, luminance, first, blocks, out);
+    case 2:
+      return fold_blocks<2>(columns, pairs, luminance, first, blocks, out);
+    default:
+      return fold_blocks<1>(columns, pairs, luminance, first, blocks, out);
   }
-  std::size_t left = count;
-  for (std::size_t step = 1; step < width; step *= 2) {
-    left /= 2;
-    for (std::size_t to = 0; to < left; to += hn::Lanes(d)) {
-      VF even, odd, light_even, light_odd;
-      hn::LoadInterleaved2(d, across + 2 * to, even, odd);
-      hn::LoadInterleaved2(d, light + 2 * to, light_even, light_odd);
-      hn::StoreU(hn::MulAdd(hn::Set(d, static_cast<float>(step)), light_odd, hn::Add(even, odd)), d, across + to);
-      hn::StoreU(hn::Add(light_even, light_odd), d, light + to);
-    }
-  }
-  const auto add = [](VF a, VF b) HWY_ATTR { return hn::Add(a, b); };
-  for (float* column : {columns.r, columns.g, columns.b, columns.low, columns.noise, columns.bias, columns.clipped})
-    fold(column + first, count, width, add);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(pairs); ++k) {
-    fold(columns.difference[k] + first, count, width, add);
-    fold(columns.noise_allowance[k] + first, count, width, add);
-  }
-  fold(columns.peak + first, count, width, [](VF a, VF b) HWY_ATTR { return hn::Max(a, b); });
 }
 
 /// Loads as bytes, which need no alignment.

@@ -13,6 +13,10 @@
 
 namespace lightwell::estimate {
 
+/// The upper bytes of the floats of 256 codes, the highest first: what a vector unit that looks up bytes reads.
+template <std::size_t kBytes>
+using CodeBytes = std::array<std::array<std::uint8_t, 256>, kBytes>;
+
 /// Lookup tables by code, for one bit depth.
 struct CodeLut {
   /// Linear value of each code by `unit`; of 8-bit codes, the upper 24 bits. Linear codes: linear[c] is c + linear[0].
@@ -20,6 +24,8 @@ struct CodeLut {
   float unit = 1;
   /// 1 / variance of that value (read noise, shot noise, rounding), the upper 16 bits of a float; 0 if saturated.
   std::vector<float> weight;
+  CodeBytes<3> linear_bytes{};  ///< Of `linear`; of 8-bit codes only.
+  CodeBytes<2> weight_bytes{};  ///< Of `weight`, the same.
   unsigned saturated_from = 0;
   float saturated_linear = 1;                       ///< Of the lowest saturated code.
   float near_black_bias = 0, near_black_limit = 0;  ///< Largest near_black_bias() of values below the limit.
@@ -79,10 +85,10 @@ struct BracketRow {
 void shared_tops(const PlaneRow& row, const PlaneRow* below, std::size_t pixels, unsigned saturated_from,
                  std::uint8_t* out, std::uint8_t* out_below);
 
-/// Sums columns to blocks in place: `blocks` blocks of `edge` columns (a power of two), from column `first` on. Element
-/// first + k becomes the sum of block k (of `peak`: the maximum). `pairs`: number of elements of `difference` and
-/// `noise_allowance` in use. In `out`, `luminance` becomes the sum of luminance, `across` that of luminance times
-/// column within the block. Up to 64 elements beyond the blocks are read, too.
+/// Sums columns to blocks in place: `blocks` blocks of `edge` columns (1, 2, 4, 8 or 16), from column `first` on.
+/// Element first + k becomes the sum of block k (of `peak`: the maximum). `pairs`: number of elements of `difference`
+/// and `noise_allowance` in use. In `out`, `luminance` becomes the sum of luminance, `across` that of luminance times
+/// column within the block.
 struct FoldedColumns {
   float *luminance, *across;
 };

@@ -48,10 +48,63 @@ HWY_INLINE Four middle(const Four& a, const Four& b) {
   return out;
 }
 
+#if HWY_TARGET == HWY_NEON && HWY_ARCH_ARM_A64
+/// Looks up 16 codes at once, four 64-byte tables for each byte of a float.
+class CodeLookup {
+ public:
+  explicit CodeLookup(const CodeLut& lut) : linear_(lut.linear_bytes), weight_(lut.weight_bytes) {}
+  template <std::size_t kCount>
+  HWY_INLINE void linear(const V8 (&codes)[kCount], Four* const (&out)[kCount]) const {
+    V8 bytes[3][kCount];
+    select(linear_, codes, bytes);
+    for (std::size_t i = 0; i < kCount; ++i) *out[i] = floats(bytes[0][i], bytes[1][i], bytes[2][i]);
+  }
+  HWY_INLINE Four weight(V8 codes) const {
+    V8 bytes[2][1];
+    select(weight_, {codes}, bytes);
+    return floats(bytes[0][0], bytes[1][0], hn::Zero(D8()));
+  }
+
+ private:
+  template <std::size_t kBytes, std::size_t kCount>
+  static HWY_INLINE void select(const CodeBytes<kBytes>& tables, const V8 (&codes)[kCount],
+                                V8 (&bytes)[kBytes][kCount]) {
+    for (std::size_t b = 0; b < kBytes; ++b)
+      for (std::size_t quarter = 0; quarter < 4; ++quarter) {
+        const uint8x16x4_t table = vld1q_u8_x4(tables[b].data() + 64 * quarter);
+        for (std::size_t i = 0; i < kCount; ++i) {
+          const uint8x16_t at = vsubq_u8(codes[i].raw, vdupq_n_u8(static_cast<std::uint8_t>(64 * quarter)));
+          // An index beyond 64 bytes gives zero (tbl) or leaves the element unchanged (tbx).
+          bytes[b][i] = V8(quarter == 0 ? vqtbl4q_u8(table, at) : vqtbx4q_u8(bytes[b][i].raw, table, at));
+        }
+      }
+  }
+  /// From the upper three bytes of each float.
+  static HWY_INLINE Four floats(V8 first, V8 second, V8 third) {
+    const D8 d;
+    const D16 d16;
+    const V8 zero = hn::Zero(d);
+    const auto words = [d16](V8 v) HWY_ATTR { return hn::BitCast(d16, v); };
+    const V16 upper[] = {words(hn::InterleaveLower(d, second, first)), words(hn::InterleaveUpper(d, second, first))};
+    const V16 lower[] = {words(hn::InterleaveLower(d, zero, third)), words(hn::InterleaveUpper(d, zero, third))};
+    const auto float_of = [](V16 v) HWY_ATTR { return hn::BitCast(DF(), v); };
+    return {
+        float_of(hn::InterleaveLower(d16, lower[0], upper[0])), float_of(hn::InterleaveUpper(d16, lower[0], upper[0])),
+        float_of(hn::InterleaveLower(d16, lower[1], upper[1])), float_of(hn::InterleaveUpper(d16, lower[1], upper[1]))};
+  }
+
+  const CodeBytes<3>& linear_;
+  const CodeBytes<2>& weight_;
+};
+#else
+/// Looks up one code after another.
 class CodeLookup {
  public:
   explicit CodeLookup(const CodeLut& lut) : linear_(lut.linear.data()), weight_(lut.weight.data()) {}
-  HWY_INLINE Four linear(V8 codes) const { return look_up(linear_, codes); }
+  template <std::size_t kCount>
+  HWY_INLINE void linear(const V8 (&codes)[kCount], Four* const (&out)[kCount]) const {
+    for (std::size_t i = 0; i < kCount; ++i) *out[i] = look_up(linear_, codes[i]);
+  }
   HWY_INLINE Four weight(V8 codes) const { return look_up(weight_, codes); }
 
  private:
@@ -68,6 +121,7 @@ class CodeLookup {
   const float* linear_;
   const float* weight_;
 };
+#endif
 
 class Interleaved8 {
  public:
@@ -84,9 +138,7 @@ class Interleaved8 {
  protected:
   HWY_INLINE void look_up(V8 r, V8 g, V8 b, V8 top, Sample& out) const {
     out.weight = lut_.weight(top);
-    out.r = lut_.linear(r);
-    out.g = lut_.linear(g);
-    out.b = lut_.linear(b);
+    lut_.linear({r, g, b}, {&out.r, &out.g, &out.b});
   }
   CodeLookup lut_;
 };
@@ -143,9 +195,8 @@ class Mosaic8 : public Interleaved8 {
     hn::LoadInterleaved2(d, row.at[0] + 2 * at, red, green1);
     hn::LoadInterleaved2(d, row.at[1] + 2 * at, green2, blue);
     out.weight = lut_.weight(hn::Max(hn::Max(red, green1), hn::Max(green2, blue)));
-    out.r = lut_.linear(red);
-    out.b = lut_.linear(blue);
-    const Four g1 = lut_.linear(green1), g2 = lut_.linear(green2);
+    Four g1, g2;
+    lut_.linear({red, blue, green1, green2}, {&out.r, &out.b, &g1, &g2});
     out.g = middle(g1, g2);
     out.top = largest(largest(out.r, out.b), largest(g1, g2));
   }
