@@ -6,11 +6,10 @@
 // Prints, for tests/figures:
 //   million.frames, rounds, refused, flagged
 //   million.unsound         descriptors with a value that is not finite, or that cannot be sent
-//   million.drift           the largest RMS difference between the irradiance of a descriptor of the last round and
-//   that
-//                           of the same frame in the second, relative to its RMS; of the last cycle of each
-//                           configuration. In the first round the first configuration has none before it, whose choice
-//                           of lights and bands the optimizer prefers to keep
+//   million.drift           the largest RMS difference between the irradiance of a descriptor of the last round and of
+//                           the same frame in the second, relative to its RMS; of the last cycle of each configuration.
+//                           In the first round the first configuration has none before it, whose choice of lights and
+//                           bands the optimizer prefers to keep
 //   million.growth_kb       growth of the resident memory from the end of the second round to its largest value
 //   million.tracks.LAMP     track numbers of brightest and second in all descriptors that hold them
 //   million.swaps.LAMP      changes of the number between successive descriptors that both hold the lamp

@@ -4,15 +4,20 @@
 
 namespace lightwell::estimate {
 
-BlockTotals& BlockTotals::operator+=(const BlockTotals& o) {
-  clipped_sr += o.clipped_sr;
-  noise += o.noise;
-  bias += o.bias;
-  motion_luminance += o.motion_luminance;
-  row_variance += o.row_variance;
-  row_common += o.row_common;
-  row_bias += o.row_bias;
-  return *this;
+double luminance_of_all(std::span<const CellSum> blocks) {
+  // Four blocks at a time, 256 in float and then in double.
+  constexpr std::size_t kAtOnce = 4, kInFloat = 256;
+  double r = 0, g = 0, b = 0;
+  std::size_t at = 0;
+  while (at + kAtOnce <= blocks.size()) {
+    std::array<CellSum, kAtOnce> sums{};
+    const std::size_t end = std::min(at + kInFloat, blocks.size() / kAtOnce * kAtOnce);
+    for (; at < end; at += kAtOnce)
+      for (std::size_t i = 0; i < kAtOnce; ++i) sums[i] += blocks[at + i];
+    for (const CellSum& s : sums) r += s.r, g += s.g, b += s.b;
+  }
+  for (; at < blocks.size(); ++at) r += blocks[at].r, g += blocks[at].g, b += blocks[at].b;
+  return luminance_of(r, g, b);
 }
 
 BlockTotals BlockSums::totals_of(std::size_t begin, std::size_t end) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <vector>
 
@@ -33,8 +34,20 @@ struct BlockTotals {
 
   /// Possible error of the luminance of all blocks.
   [[nodiscard]] double row_error() const { return std::sqrt(row_variance) + std::abs(row_common) + row_bias; }
-  BlockTotals& operator+=(const BlockTotals& o);
+  BlockTotals& operator+=(const BlockTotals& o) {
+    clipped_sr += o.clipped_sr;
+    noise += o.noise;
+    bias += o.bias;
+    motion_luminance += o.motion_luminance;
+    row_variance += o.row_variance;
+    row_common += o.row_common;
+    row_bias += o.row_bias;
+    return *this;
+  }
 };
+
+/// The integral of luminance over all blocks; a rounding error of 4e-6 at most.
+[[nodiscard]] double luminance_of_all(std::span<const CellSum> blocks);
 
 /// Block sums of a bracket, and their totals.
 struct BlockSums : BlockTotals {
@@ -90,8 +103,9 @@ struct BlockSums : BlockTotals {
 template <class Visit>
 void for_each_read(std::span<const std::uint8_t> read, std::size_t begin, std::size_t end, Visit&& visit) {
   if (read.empty()) return visit(begin, end);
-  const auto find = [&](std::size_t from, std::uint8_t value) {
-    return static_cast<std::size_t>(std::find(&read[from], read.data() + end, value) - read.data());
+  const auto find = [&](std::size_t from, int value) {
+    const void* const found = std::memchr(&read[from], value, end - from);
+    return found == nullptr ? end : static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - read.data());
   };
   for (std::size_t first = begin; first < end;) {
     first = find(first, 1);

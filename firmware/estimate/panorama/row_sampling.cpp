@@ -33,7 +33,7 @@ constexpr float kPeakNoiseSigmas = 4;
 /// value, and no sample is saturated.
 constexpr float kWellExposed = 0.25F;
 /// A correction that is unsure may be wrong by so much more.
-constexpr float kUnsure = 4;
+constexpr float kUnsureFactor = 4;
 /// Luma of 16 to 235 to codes of 0 to 255, without the rounding of rgb8_of_ycbcr601(): means of luma are no integers.
 constexpr int kBlackLuma = 16;
 constexpr float kCodesOfLuma = 255.0F / 219;
@@ -53,17 +53,29 @@ SampledRows rows_of(int edge, int unit, int units) {
   return rows;
 }
 
+/// By block: its flag, inverted if `flip` is 1, where it is read.
+void select(std::span<const std::uint8_t> flags, std::uint8_t flip, std::span<const std::uint8_t> read,
+            std::span<std::uint8_t> out) {
+  for (std::size_t block = 0; block < out.size(); ++block)
+    out[block] = static_cast<std::uint8_t>((flags[block] ^ flip) & read[block]);
+}
+
 }  // namespace
 
 RowSampling::RowSampling(const RigParameters& rig, const RigTable& table, const BlockLayout& layout,
                          const CodeWeights& weights)
-    : layout_(layout), plane_(layout.size()), sampled_(layout.size()), whole_(layout.size()) {
+    : layout_(layout),
+      plane_(layout.size()),
+      others_(layout.size(), 1),
+      sampled_(layout.size()),
+      whole_(layout.size()) {
   if (layout.edge() < kMinEdge || layout.edge() > kMaxRows) return;
   for (std::size_t block = 0; block < layout.size(); ++block) {
     const BlockLayout::Place& place = layout.place(block);
     const bool plane = *weights.block_weights(block, Lanes::interleaved).mean > 0;
     if (!plane || place.width != layout.edge() || place.height != layout.edge()) continue;
     plane_[block] = 1;
+    others_[block] = 0;
     any_ = true;
   }
   single_.rows = rows_of(layout.edge(), 1, 3);
@@ -130,14 +142,13 @@ const RowSampling::Reading& RowSampling::reading_of(const RowReader& reader) con
 
 std::span<const std::uint8_t> RowSampling::sampled(std::span<const std::uint8_t> read) {
   if (read.empty()) return plane_;
-  for (std::size_t block = 0; block < plane_.size(); ++block)
-    sampled_[block] = static_cast<std::uint8_t>(plane_[block] & read[block]);
+  select(plane_, 0, read, sampled_);
   return sampled_;
 }
 
 std::span<const std::uint8_t> RowSampling::others(std::span<const std::uint8_t> read) {
-  for (std::size_t block = 0; block < plane_.size(); ++block)
-    whole_[block] = static_cast<std::uint8_t>((plane_[block] ^ 1U) & (read.empty() ? 1U : read[block]));
+  if (read.empty()) return others_;
+  select(plane_, 1, read, whole_);
   return whole_;
 }
 
@@ -203,7 +214,7 @@ RowError RowSampling::estimate_block(const RowReader& reader, std::size_t block,
   const float noise = std::sqrt(blocks.block_noise[block] * edge * reading.count);
   const float excess = (scanned.largest * radiance_per_linear - brightest) * sr - kPeakNoiseSigmas * noise;
   const float missed = kMissedRows * std::max(excess, 0.0F) * lens.largest_white / edge;
-  const float corrected = correction * luminance, unsure = std::abs(correction) > kSureCorrection ? kUnsure : 1;
+  const float corrected = correction * luminance, unsure = std::abs(correction) > kSureCorrection ? kUnsureFactor : 1;
   return {missed + unsure * kCorrectionError * std::abs(corrected), unsure * kCommonError * corrected,
           unsure * kBias * correction * corrected};
 }
@@ -212,25 +223,27 @@ std::span<const std::uint8_t> RowSampling::estimate(const RowReader& reader, std
                                                     double max_error, BlockSums& blocks) {
   const Reading& reading = reading_of(reader);
   std::vector<RowError>& errors = blocks.row_error_of_block;
-  double luminance = 0;
-  for (std::size_t block = 0; block < sampled.size(); ++block) {
-    if (sampled[block] != 0) errors[block] = estimate_block(reader, block, reading, blocks);
-    luminance += static_cast<double>(blocks.sum[block].luminance());
-  }
-  const auto limit = static_cast<float>(max_error * luminance);
+  const auto each_sampled = [&](auto&& visit) {
+    for_each_read(sampled, 0, sampled.size(), [&](std::size_t first, std::size_t last) {
+      for (std::size_t block = first; block < last; ++block) visit(block);
+    });
+  };
+  each_sampled([&](std::size_t block) { errors[block] = estimate_block(reader, block, reading, blocks); });
+  const auto limit = static_cast<float>(max_error * luminance_of_all(blocks.sum));
   double common = 0, bias = 0;
-  for (std::size_t block = 0; block < sampled.size(); ++block) {
+  std::ranges::fill(whole_, std::uint8_t{0});
+  each_sampled([&](std::size_t block) {
+    RowError& error = errors[block];
     // NaN is read whole, too.
-    const bool whole = sampled[block] != 0 && !(errors[block].own <= limit);
-    whole_[block] = static_cast<std::uint8_t>(whole);
-    if (whole) errors[block] = {};
-    if (sampled[block] == 0) continue;
-    common += static_cast<double>(errors[block].common);
-    bias += static_cast<double>(errors[block].bias);
-  }
+    if (!(error.own <= limit)) {
+      whole_[block] = 1;
+      error = {};
+    }
+    common += static_cast<double>(error.common);
+    bias += static_cast<double>(error.bias);
+  });
   if (std::abs(common) + bias <= kMaxCommon * static_cast<double>(limit)) return whole_;
-  for (std::size_t block = 0; block < sampled.size(); ++block)
-    if (sampled[block] != 0) errors[block] = {};
+  each_sampled([&](std::size_t block) { errors[block] = {}; });
   return sampled;
 }
 

@@ -92,7 +92,8 @@ class RowSampling {
 
   const BlockLayout& layout_;
   std::vector<Lens> lenses_;
-  std::vector<std::uint8_t> plane_, sampled_, whole_;
+  std::vector<std::uint8_t> plane_, others_;  ///< By block, whether it can be sampled; whether not.
+  std::vector<std::uint8_t> sampled_, whole_;
   Reading single_, pairs_, bracket_;  ///< For one exposure; where two rows share their colour; for brackets.
   bool any_ = false;
   bool linear_ = true;  ///< The codes of all lenses are.

@@ -22,22 +22,6 @@ Vec3d mirrored(Vec3d d, Vec3d axis) { return d - axis * (2 * dot(d, axis)); }
 constexpr double kMaxCentroidError = 2e-6;
 constexpr std::size_t kMaxCentroidCorrections = 4096;
 
-/// Four blocks at a time, 256 in float and then in double: a rounding error of 4e-6 at most.
-double luminance_of_all(std::span<const CellSum> blocks) {
-  constexpr std::size_t kAtOnce = 4, kInFloat = 256;
-  double r = 0, g = 0, b = 0;
-  std::size_t at = 0;
-  while (at + kAtOnce <= blocks.size()) {
-    std::array<CellSum, kAtOnce> sums{};
-    const std::size_t end = std::min(at + kInFloat, blocks.size() / kAtOnce * kAtOnce);
-    for (; at < end; at += kAtOnce)
-      for (std::size_t i = 0; i < kAtOnce; ++i) sums[i] += blocks[at + i];
-    for (const CellSum& s : sums) r += s.r, g += s.g, b += s.b;
-  }
-  for (; at < blocks.size(); ++at) r += blocks[at].r, g += blocks[at].g, b += blocks[at].b;
-  return luminance_of(r, g, b);
-}
-
 }  // namespace
 
 UnseenLight::UnseenLight(const RigParameters& rig, const RigTable& table, const BlockLayout& layout,
@@ -184,7 +168,8 @@ void SphereIntegrator::sum_codes(const RowReader& reader, std::span<const Frame>
   sum(row_sampling_.others(read), {});
   sum(sampled, row_sampling_.rows(reader));
   sum(row_sampling_.estimate(reader, sampled, max_row_error, blocks), {});
-  static_cast<BlockTotals&>(blocks) = blocks.totals_of(0, blocks.sum.size());
+  // Where blocks are left out, RunRotation has the totals.
+  if (read.empty()) static_cast<BlockTotals&>(blocks) = blocks.totals_of(0, blocks.sum.size());
 }
 
 const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<const Frame> bracket, UnseenFill fill,

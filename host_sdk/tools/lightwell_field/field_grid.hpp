@@ -26,7 +26,7 @@ struct PointGrid {
   [[nodiscard]] std::size_t size() const { return std::size_t{counts[0]} * counts[1] * counts[2]; }
 };
 
-/// Where the light of the lamps that the field has found is.
+/// Where the file holds the lights that the field has found.
 enum class GridLights : std::uint8_t {
   in_harmonics,  ///< All light is in the harmonics.
   /// Lights of the file, for the engine to shade and shadow: distant ones, and placed ones that shine evenly

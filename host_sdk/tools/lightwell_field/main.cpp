@@ -39,8 +39,8 @@ if units are absolute) and the rest at the middle of the probes (EXT_lights_imag
 --grid writes the light at each point of a box as Unity's SphericalHarmonicsL2, for light probes:
   lightwell field mqtt://broker/venue/+ --seconds 5 --grid hall.json --from=-4,0,-3 --to=4,3,3 --spacing 0.5
 from and to are in metres, in the field's axes (+Y up, -Z forward); the file has Unity's (+Z forward). At
-most 100000 points. --lights-apart leaves lamps that shine evenly out of the harmonics and lists them as
-lights, which the engine shades and shadows. The sample LightGrid of the Unity package loads the file.
+most 100000 points. --lights-apart leaves lights that shine evenly out of the harmonics and lists them,
+for the engine to shade and shadow. The sample LightGrid of the Unity package loads the file.
 Keys with --json, an object per second: seconds, units, probes (name, state, reason, position, scale,
 lights, matched, ambiguous) and lights (id, placed, position, sigma_m, direction, sigma_rad, intensity,
 radius, probes). state: used, stale, expired, wrong_clock, wrong_pose, wrong_scale, contradicted,
@@ -180,7 +180,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_flag_callback(
          "--lights-apart", [&] { arguments.grid_lights = GridLights::apart; },
-         "List lamps that shine evenly as lights of the grid's file, out of its harmonics")
+         "List lights that shine evenly in the grid's file, out of its harmonics")
       ->needs(grid);
   app.add_option("--seconds", arguments.seconds, "Duration; without it, until Ctrl-C")->check(CLI::PositiveNumber);
   app.add_flag("--json", arguments.json, "JSON, one object per line");

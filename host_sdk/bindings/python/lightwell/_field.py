@@ -19,7 +19,7 @@ class FieldFlag(IntFlag):
     ONE_PROBE = 1 << 0  # Nothing shows how the light changes.
     FAR_FROM_PROBES = 1 << 1
     CONTRADICTION = 1 << 2  # Probes close together measured different light.
-    AT_LIGHT = 1 << 3  # The point is in a lamp, or within the uncertainty of its place.
+    AT_LIGHT = 1 << 3  # The point is in a light, or within the uncertainty of its place.
     OCCLUSION_UNKNOWN = 1 << 4  # Some of the probes do not see a strong light.
 
 

@@ -9,7 +9,7 @@ public sealed class LightGrid
 {
     /// <summary>A light that the harmonics do not hold, with the names of UnityEngine.Light.</summary>
     [Serializable]
-    public sealed class Lamp
+    public sealed class ApartLight
     {
         public string type;
         public float[] position, forward, color;
@@ -20,7 +20,7 @@ public sealed class LightGrid
     public int version;
     public int[] counts, validity, flags;
     public float[] origin, spacing, positions, bound, residual, sphericalHarmonicsL2;
-    public Lamp[] lights;
+    public ApartLight[] lights;
 
     /// <summary>Throws FormatException with the reason.</summary>
     public static LightGrid Parse(string json)
@@ -52,9 +52,9 @@ public sealed class LightGrid
                 throw new FormatException("the grid's spacing is not positive");
         if (!AreFinite(grid.origin) || !AreFinite(grid.spacing) || !AreFinite(grid.sphericalHarmonicsL2))
             throw new FormatException("the grid holds a number that is not finite");
-        foreach (var lamp in grid.lights ?? (grid.lights = new Lamp[0]))
-            if (lamp == null || !HasLength(lamp.position, 3) || !HasLength(lamp.forward, 3) ||
-                !HasLength(lamp.color, 3))
+        foreach (var light in grid.lights ?? (grid.lights = new ApartLight[0]))
+            if (light == null || !HasLength(light.position, 3) || !HasLength(light.forward, 3) ||
+                !HasLength(light.color, 3))
                 throw new FormatException("a light of the grid lacks its position, direction or colour");
         return grid;
     }

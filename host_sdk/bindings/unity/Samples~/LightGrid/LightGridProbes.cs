@@ -46,19 +46,19 @@ public sealed class LightGridProbes : MonoBehaviour
         }
         probes.bakedProbes = light;
         if (transform.childCount == 0)
-            foreach (var lamp in grid.lights) Add(lamp);
+            foreach (var light in grid.lights) Add(light);
     }
 
-    private void Add(LightGrid.Lamp lamp)
+    private void Add(LightGrid.ApartLight apart)
     {
         var child = new GameObject("Light").transform;
         child.SetParent(transform, false);
-        child.localPosition = VectorOf(lamp.position);
-        child.forward = VectorOf(lamp.forward);
+        child.localPosition = VectorOf(apart.position);
+        child.forward = VectorOf(apart.forward);
         var light = child.gameObject.AddComponent<Light>();
-        light.type = lamp.type == "Point" ? LightType.Point : LightType.Directional;
-        light.color = new Color(lamp.color[0], lamp.color[1], lamp.color[2]).gamma;
-        light.intensity = lamp.intensity * exposure * (highDefinition ? Mathf.PI : 1);
+        light.type = apart.type == "Point" ? LightType.Point : LightType.Directional;
+        light.color = new Color(apart.color[0], apart.color[1], apart.color[2]).gamma;
+        light.intensity = apart.intensity * exposure * (highDefinition ? Mathf.PI : 1);
         light.range = 100; // m; URP lets the inverse square fall to zero there.
         light.shadows = LightShadows.Soft;
     }
