@@ -1,6 +1,7 @@
 #include "app/pipeline.hpp"
 
 #include <cmath>
+#include <pthread.h>
 #include <utility>
 
 #include <lightwell/query.hpp>
@@ -116,7 +117,10 @@ Pipeline::~Pipeline() { stop(); }
 
 Status Pipeline::start() {
   if (Status s = publisher_.start(); !s.ok()) return s;
-  thread_ = std::thread([this] { run(); });
+  thread_ = std::thread([this] {
+    pthread_setname_np(pthread_self(), "estimator");
+    run();
+  });
   return {};
 }
 

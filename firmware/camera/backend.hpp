@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <optional>
+#include <pthread.h>
 #include <stop_token>
 #include <string>
 #include <thread>
@@ -63,6 +64,9 @@ class CameraBackend {
 /// class calls stop().
 class ThreadedBackend : public CameraBackend {
  public:
+  /// The thread's name, which top -H shows.
+  static constexpr const char* kThreadName = "camera";
+
   /// failed_precondition unless the camera is open and stopped; errors of before_run().
   [[nodiscard]] Status start(FrameSink& sink) final {
     if (!is_open()) return {StatusCode::failed_precondition, scheme_ + ": open() comes before start()"};
@@ -70,7 +74,10 @@ class ThreadedBackend : public CameraBackend {
       return {StatusCode::failed_precondition, scheme_ + ": stop() comes before the next start()"};
     if (Status s = before_run(); !s.ok()) return s;
     state_ = State::streaming;
-    thread_ = std::jthread([this, &sink](const std::stop_token& stop) { run(sink, stop); });
+    thread_ = std::jthread([this, &sink](const std::stop_token& stop) {
+      pthread_setname_np(pthread_self(), kThreadName);
+      run(sink, stop);
+    });
     return {};
   }
   void stop() final {
