@@ -129,6 +129,7 @@ struct FrameIntegral {
   double centroid_offset = 0;
   bool interleaved = false;  ///< Blocks may be of earlier frames: see RunRotation.
   double stale = 0;          ///< RMS irradiance that may have changed in blocks that this frame did not read.
+  double shared_chroma = 0;  ///< SharedChroma::error().
 
   /// `unseen_cells`: number of elements of `unseen`.
   FrameIntegral(const BlockLayout& layout, std::size_t unseen_cells) : blocks(layout), unseen(unseen_cells) {}

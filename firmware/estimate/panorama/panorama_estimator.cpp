@@ -54,7 +54,7 @@ std::unique_ptr<SphereIntegrator> make_integrator(const RigParameters& rig, cons
 
 IntegrationErrors errors_of(const FrameIntegral& integral, const DetectedLights& found) {
   const BlockTotals& blocks = integral.blocks;
-  return {blocks.noise,   blocks.bias,       integral.centroid_offset, found.chroma_edge_error,
+  return {blocks.noise,   blocks.bias,       integral.centroid_offset, found.chroma_edge_error + integral.shared_chroma,
           integral.stale, blocks.row_error()};
 }
 

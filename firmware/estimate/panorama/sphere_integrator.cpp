@@ -135,6 +135,7 @@ SphereIntegrator::SphereIntegrator(const RigParameters& rig, const RigTable& tab
       bracket_pass_(rig, table, layout_),
       row_sampling_(rig, table, layout_, code_pass_.weights()),
       rotation_(layout_, grid_),
+      shared_chroma_(rig, table),
       unseen_(rig, table, layout_, grid_),
       integral_(layout_, unseen_.cells().size()),
       pixel_rad_(pixel_side(table)) {
@@ -191,6 +192,7 @@ const FrameIntegral& SphereIntegrator::integrate(RowReader& reader, std::span<co
     block_pass_.run(reader, out.blocks);
   if (merges) reader.limit_exposures_per_block(layout_, out.blocks.exposures);
   const double luminance = sum_observed(present);
+  out.shared_chroma = shared_chroma_.error(reader);
   out.interleaved = rotates;
   out.stale = 0;
   if (rotates) {

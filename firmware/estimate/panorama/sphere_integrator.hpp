@@ -20,6 +20,7 @@
 #include "estimate/panorama/code_pass.hpp"
 #include "estimate/panorama/row_sampling.hpp"
 #include "estimate/panorama/run_rotation.hpp"
+#include "estimate/panorama/shared_chroma.hpp"
 #include "imaging/frame.hpp"
 
 namespace lightwell::estimate {
@@ -125,6 +126,7 @@ class SphereIntegrator {
   BracketPass bracket_pass_;
   RowSampling row_sampling_;
   RunRotation rotation_;
+  SharedChroma shared_chroma_;
   UnseenLight unseen_;
   FrameIntegral integral_;
   Projection unseen_projection_;

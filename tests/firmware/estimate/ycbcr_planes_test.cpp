@@ -1,6 +1,8 @@
 // Conversion of YCbCr equals rgb8_of_ycbcr601() on every Highway target.
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstdlib>
 
 #include <gtest/gtest.h>
 
@@ -88,6 +90,34 @@ TEST(YcbcrPlanes, ReadNothingOutsideTheRow) {
           ASSERT_TRUE(expect(got, luma) && expect(below, other) && expect(single, luma)) << x << " of " << pixels;
         }
       }
+    }
+  });
+}
+
+TEST(ChromaChanges, EqualTheirDefinition) {
+  test::on_each_target([](const char* target) {
+    SCOPED_TRACE(target);
+    Random random(4);
+    Fenced first(2048), second(2048), third(2048);
+    constexpr std::size_t kPixels = 320;
+    for (const unsigned range : {1U, 20U, 256U}) {
+      std::uint8_t *luma = first.place(kPixels, true), *chroma = second.place(kPixels, true),
+                   *yuyv = third.place(2 * kPixels, true);
+      for (std::size_t i = 0; i < kPixels; ++i) {
+        // The last pixels may be left out: they are equal.
+        const bool equal = i >= kPixels - 80;
+        luma[i] = equal ? luma[i - 2] : static_cast<std::uint8_t>(random() % range);
+        chroma[i] = equal ? chroma[i - 2] : static_cast<std::uint8_t>(random() % range);
+        yuyv[2 * i] = luma[i];
+        yuyv[2 * i + 1] = chroma[i];
+      }
+      std::uint64_t expected = 0;
+      for (std::size_t i = 0; i + 2 < kPixels; ++i) {
+        const int c = std::abs(chroma[i + 2] - chroma[i]), l = std::abs(luma[i + 2] - luma[i]);
+        if (c > kMinChromaChange) expected += static_cast<std::uint64_t>(c * std::min(255, c + l / 2));
+      }
+      EXPECT_EQ(chroma_changes_of_nv12(luma, chroma, kPixels), expected) << range;
+      EXPECT_EQ(chroma_changes_of_yuyv(yuyv, kPixels), expected) << range;
     }
   });
 }

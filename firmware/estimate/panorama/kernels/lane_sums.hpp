@@ -70,6 +70,15 @@ void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, const PlaneRow&
 void planes_of_nv12(const std::uint8_t* upper_luma, const std::uint8_t* lower_luma, const std::uint8_t* chroma,
                     std::size_t pixels, const PlaneRow& upper, const PlaneRow& lower);
 
+/// Over neighbouring samples of chroma (Cb and Cr) in a row of `pixels` pixels, whose differences c are more than
+/// kMinChromaChange codes: the sum of c (c + l / 2), l: difference of a luma of each; the factor is at most 255. The
+/// last pixels, which do not fill a vector, are left out.
+[[nodiscard]] std::uint64_t chroma_changes_of_yuyv(const std::uint8_t* row, std::size_t pixels);
+[[nodiscard]] std::uint64_t chroma_changes_of_nv12(const std::uint8_t* luma, const std::uint8_t* chroma,
+                                                   std::size_t pixels);
+/// Noise changes chroma by less.
+inline constexpr int kMinChromaChange = 8;
+
 /// Sums the lanes of `blocks` blocks of `edge` (1, 2, 4, 8 or 16) columns, each of `channels` (1 to 3) lanes, in place:
 /// element [block * channels + channel] becomes the sum (`sum`, `early`) or maximum (`peak`) of the block, and `across`
 /// the sum of linear value times column within the block, from 0. 16 columns of 16 rows of 65535 fit into 32 bits.

@@ -123,6 +123,54 @@ void PlanesOfNv12(const std::uint8_t* upper_luma, const std::uint8_t* lower_luma
   });
 }
 
+HWY_INLINE V8 difference(V8 a, V8 b) { return hn::Or(hn::SaturatedSub(a, b), hn::SaturatedSub(b, a)); }
+
+/// The sum of chroma_changes_of_yuyv().
+class ChromaChangeSum {
+ public:
+  HWY_INLINE ChromaChangeSum() : sum_(hn::Zero(D32())) {}
+  HWY_INLINE void add(V8 of_chroma, V8 of_luma) {
+    const D8 d;
+    const D16 d16;
+    const V8 chroma = hn::IfThenElseZero(hn::Gt(of_chroma, hn::Set(d, kMinChromaChange)), of_chroma);
+    const V8 half = hn::And(hn::BitCast(d, hn::ShiftRight<1>(hn::BitCast(d16, of_luma))), hn::Set(d, 0x7F));
+    const Wide c = unpacked(chroma), by = unpacked(hn::SaturatedAdd(chroma, half));
+    add(hn::Mul(c.lower, by.lower));
+    add(hn::Mul(c.upper, by.upper));
+  }
+  HWY_INLINE std::uint64_t total() const { return hn::GetLane(hn::SumOfLanes(D32(), sum_)); }
+
+ private:
+  HWY_INLINE void add(V16 v) {
+    const D32 d;
+    const V32 pairs = hn::BitCast(d, v);
+    sum_ = hn::Add(sum_, hn::Add(hn::And(pairs, hn::Set(d, 0xFFFF)), hn::ShiftRight<16>(pairs)));
+  }
+  V32 sum_;
+};
+
+std::uint64_t ChromaChangesOfYuyv(const std::uint8_t* row, std::size_t pixels) {
+  const D8 d;
+  const D16 d16;
+  ChromaChangeSum sum;
+  for (std::size_t at = 0; at + hn::Lanes(d) + 4 <= 2 * pixels; at += hn::Lanes(d)) {
+    const V8 change = difference(hn::LoadU(d, row + at), hn::LoadU(d, row + at + 4));
+    // Luma in the low bytes, chroma in the high ones, which become low ones.
+    const V16 words = hn::BitCast(d16, change);
+    sum.add(hn::BitCast(d, hn::ShiftRight<8>(words)), hn::BitCast(d, hn::And(words, hn::Set(d16, 0xFF))));
+  }
+  return sum.total();
+}
+
+std::uint64_t ChromaChangesOfNv12(const std::uint8_t* luma, const std::uint8_t* chroma, std::size_t pixels) {
+  const D8 d;
+  ChromaChangeSum sum;
+  for (std::size_t at = 0; at + hn::Lanes(d) + 2 <= pixels; at += hn::Lanes(d))
+    sum.add(difference(hn::LoadU(d, chroma + at), hn::LoadU(d, chroma + at + 2)),
+            difference(hn::LoadU(d, luma + at), hn::LoadU(d, luma + at + 2)));
+  return sum.total();
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace lightwell::estimate
 HWY_AFTER_NAMESPACE();
@@ -132,6 +180,16 @@ namespace lightwell::estimate {
 
 HWY_EXPORT(PlanesOfYuyv);
 HWY_EXPORT(PlanesOfNv12);
+HWY_EXPORT(ChromaChangesOfYuyv);
+HWY_EXPORT(ChromaChangesOfNv12);
+
+std::uint64_t chroma_changes_of_yuyv(const std::uint8_t* row, std::size_t pixels) {
+  return HWY_DYNAMIC_DISPATCH(ChromaChangesOfYuyv)(row, pixels);
+}
+
+std::uint64_t chroma_changes_of_nv12(const std::uint8_t* luma, const std::uint8_t* chroma, std::size_t pixels) {
+  return HWY_DYNAMIC_DISPATCH(ChromaChangesOfNv12)(luma, chroma, pixels);
+}
 
 void planes_of_yuyv(const std::uint8_t* row, std::size_t pixels, const PlaneRow& out) {
   HWY_DYNAMIC_DISPATCH(PlanesOfYuyv)(row, pixels, out);
