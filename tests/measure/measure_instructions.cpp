@@ -2,10 +2,11 @@
 // (scene, tables, first frame) does not depend on N.
 //   measure_instructions --frames N [--map EDGE] [--interleave N] [--exposures N] [RIG [FORMAT [SETTING]]]
 //   measure_instructions --frames N plane
-// RIG: single, one lens of 1280x960; equirect, a whole sphere of 1568x784; plane, the capture of a glossy plane's
-// surface light field from 640x480 sRGB frames, at most kPlaneFrames, without descriptors. FORMAT: rgb8_linear, RGB8
-// with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's response. SETTING:
-// fastest, fast, balanced, exact. Defaults: single, rgb8_linear, fast. --map: with a map of this edge in every frame.
+// RIG: single, one lens of 1280x960; small, one of 640x480; equirect, a whole sphere of 1568x784; plane, the capture of
+// a glossy plane's surface light field from 640x480 sRGB frames, at most kPlaneFrames, without descriptors. FORMAT:
+// rgb8_linear, RGB8 with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with the rig's
+// response. SETTING: fastest, fast, balanced, exact. Defaults: single, rgb8_linear, fast. --map: with a map of this
+// edge in every frame.
 // --interleave: panorama.interleave. --exposures: of a bracket, which then counts as one frame.
 #include <cmath>
 #include <cstdio>
@@ -73,9 +74,10 @@ int main(int argc, char** argv) {
   options.config.setting = Setting::fast;
   app.add_option("--frames", frames, "Number of frames")->required()->check(CLI::NonNegativeNumber);
   app.add_option("RIG", kind,
-                 "single: one lens of 1280x960; equirect: a whole sphere of 1568x784; plane: capture of a glossy plane "
+                 "single: one lens of 1280x960; small: one of 640x480; equirect: a whole sphere of 1568x784; plane: "
+                 "capture of a glossy plane "
                  "from 640x480 sRGB frames, at most 40 [single]")
-      ->check(CLI::IsMember({"single", "equirect", "plane"}));
+      ->check(CLI::IsMember({"single", "small", "equirect", "plane"}));
   app.add_option("FORMAT", pixels_of,
                  "rgb8_linear: RGB8 with linear response; or rgb8, nv12, yuyv, bayer8, bayer10, bayer12, rgb_f32 with "
                  "the rig's response [rgb8_linear]");
@@ -90,7 +92,7 @@ int main(int argc, char** argv) {
   options.config.panorama.environment_rate = kMapRate_hz;
   if (kind == "plane")
     return frames <= kPlaneFrames ? capture_plane(frames) : wrong_usage(app, "plane: at most 40 frames");
-  const bool sphere = kind == "equirect", linear = pixels_of == "rgb8_linear";
+  const bool sphere = kind == "equirect", small = kind == "small", linear = pixels_of == "rgb8_linear";
   const std::optional<PixelFormat> format = linear ? PixelFormat::rgb8 : pixel_format_of(pixels_of);
   if (!format) return wrong_usage(app, "unknown FORMAT '" + pixels_of + "'");
   const Result<std::string> path = sim::scene_path("city");
@@ -99,7 +101,8 @@ int main(int argc, char** argv) {
   if (!panorama) fail(panorama.status());
   const sim::Scene scene(std::move(*panorama));
 
-  RigParameters rig = *sim::make_rig(kind, sphere ? 1568 : 1280, sphere ? 784 : 960, *format);
+  const int width = sphere ? 1568 : small ? 640 : 1280, height = sphere ? 784 : width / 4 * 3;
+  RigParameters rig = *sim::make_rig(sphere ? "equirect" : "single", width, height, *format);
   LensParameters& lens = rig.lenses.front();
   if (linear) lens.photometry.response.kind = ResponseCurve::Kind::linear;
   const sim::Sensor sensor(lens, sim::sensor_of(rig, *format, 1));

@@ -11,8 +11,9 @@
 namespace lightwell::estimate {
 namespace {
 
-/// Blocks of fewer rows are read whole.
-constexpr int kMinEdge = 8;
+/// Blocks of fewer rows are read whole: of one exposure, whose blocks of 8 rows are decoded in the time of their scan,
+/// and of brackets.
+constexpr int kMinEdge = 16, kMinBracketEdge = 8;
 /// A correction that is further from 1 is unsure, and limited.
 constexpr float kSureCorrection = 0.1F, kLargestCorrection = 0.5F;
 /// The correction assumes one colour, and f at the mean code: so much of it may be wrong.
@@ -69,7 +70,7 @@ RowSampling::RowSampling(const RigParameters& rig, const RigTable& table, const 
       others_(layout.size(), 1),
       sampled_(layout.size()),
       whole_(layout.size()) {
-  if (layout.edge() < kMinEdge || layout.edge() > kMaxRows) return;
+  if (layout.edge() < kMinBracketEdge || layout.edge() > kMaxRows) return;
   for (std::size_t block = 0; block < layout.size(); ++block) {
     const BlockLayout::Place& place = layout.place(block);
     const bool plane = *weights.block_weights(block, Lanes::interleaved).mean > 0;
@@ -125,8 +126,9 @@ void RowSampling::plan(const RigTable& table, const CodeWeights& weights, Readin
 bool RowSampling::supports(const RowReader& reader) const {
   const PixelLayout& layout = reader.layout();
   if (!any_ || layout.is_float()) return false;
-  // The sums of codes of one exposure are those of light, and cost as much as a scan.
-  if (reader.exposures().size() == 1 && linear_ && layout.sampling != ColorSampling::ycbcr) return false;
+  // The sums of linear codes of one exposure are those of light, and cost as much as a scan.
+  const bool light = linear_ && layout.sampling != ColorSampling::ycbcr;
+  if (reader.exposures().size() == 1 && (layout_.edge() < kMinEdge || light)) return false;
   for (const RowReader::Exposure& exposure : reader.exposures())
     for (std::size_t lens = 0; lens < lenses_.size(); ++lens)
       if (reader.has(static_cast<int>(lens)) && exposure.view[lens].format != layout.format) return false;

@@ -1,8 +1,8 @@
 // Sampling of rows: of most blocks a pass reads a part of the rows. The raw samples of all rows are summed without
 // being decoded, which costs little, and correct what was read.
 //
-//   sampled    blocks of 8 or 16 rows whose weights fit a plane. Of one exposure three rows are read, or two pairs of
-//              rows where two share their colour; of a bracket, in which a pixel costs most, two rows
+//   sampled    blocks whose weights fit a plane, of 16 rows, of a bracket also of 8. Of one exposure three rows are
+//              read, or two pairs of rows where two share their colour; of a bracket, in which a pixel costs most, two
 //   estimate   sum over the rows read, times solid angle of the block over that of these rows, times
 //              f(mean code of all rows) / f(mean code of the rows read), f: codes to linear values. This is the ratio
 //              estimator with an auxiliary variable (Cochran 1977, "Sampling Techniques", chapter 6). It is exact where

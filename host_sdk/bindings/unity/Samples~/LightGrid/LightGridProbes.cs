@@ -46,7 +46,7 @@ public sealed class LightGridProbes : MonoBehaviour
         }
         probes.bakedProbes = light;
         if (transform.childCount == 0)
-            foreach (var light in grid.lights) Add(light);
+            foreach (var apart in grid.lights) Add(apart);
     }
 
     private void Add(LightGrid.ApartLight apart)
